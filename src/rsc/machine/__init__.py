@@ -1,4 +1,4 @@
-"""Finite-element models: their files, complex coordinates, shafts by stations, reduction. For users `from_ross` alone."""
+"""Finite-element models: files, complex coordinates, shafts from stations, reduction. Public: `from_ross`."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +9,7 @@ __all__ = ["from_ross"]
 
 
 def __getattr__(name: str) -> Any:
-    # what reads a model loads scipy.linalg, which a run without one does not need
+    # reading a model loads scipy.linalg, which a run without one does not need
     if name in __all__:
         from rsc.machine.imports import ross
 

@@ -1,7 +1,7 @@
-"""Is a checkpoint the state of a run of this scene? The compiled kernel believes every number it is handed.
+"""Check that a checkpoint is a possible state of a run of this scene: the compiled kernel trusts every number it gets.
 
-Counts are used as places in memory without a look, a wrong step makes it ask for memory without end. So whatever comes from a
-file is checked against the scene, in the units and with the comparisons of the kernel itself.
+Counters are used as memory offsets without a check, and a wrong step length makes the kernel ask for memory without end. A state
+from a file is therefore checked against the scene, in the units and with the comparisons of the kernel itself.
 """
 
 import numpy as np
@@ -18,19 +18,19 @@ _SINGLE = {"energy_start": float, "code": np.int64, "rows": np.int64}
 
 
 def work_of(checkpoint, scene, packed):
-    """The Work of a checkpoint, in arrays of its own.
+    """The Work of a checkpoint, in new arrays.
 
     Parameters
     ----------
     checkpoint : dict
-        name -> array as `rsc.simulation.run.Run.checkpoint` gives it.
+        name -> array as returned by `rsc.simulation.run.Run.checkpoint`.
     scene : Scene
     packed : Packed
 
     Raises
     ------
     SolverError
-        Of another version, or no state that a run of this scene can be in.
+        It is from another version, or not a possible state of a run of this scene.
     """
     n = len(packed.model.contacts)
     kept = packed.kept(packed.model.stiffness).size
@@ -40,40 +40,40 @@ def work_of(checkpoint, scene, packed):
     expected |= {name: ((1,), kind) for name, kind in _SINGLE.items()}
     actual = {name: (np.shape(values), np.asarray(values).dtype) for name, values in checkpoint.items()}
     if actual != expected:
-        raise SolverError("the checkpoint is of a version whose state has other numbers; only that version can continue it")
+        raise SolverError("the checkpoint was written by a version with a different state; only that version can continue it")
     vectors = {name: packed.restored(checkpoint[name]) for name in kernel.WORK_VECTORS}
     work = kernel.Work(**vectors, **{name: np.array(checkpoint[name]) for name in ("real", "count", "stretch")})
     problem = _problem(work, checkpoint, scene, packed)
     if problem:
-        raise SolverError(f"the checkpoint is no state of a run of this scene: {problem}")
+        raise SolverError(f"the checkpoint is not a possible state of a run of this scene: {problem}")
     return work
 
 
 def _problem(work, checkpoint, scene, packed):
-    """What makes the numbers of a checkpoint impossible; "" for nothing."""
+    """Why the numbers of a checkpoint are impossible; "" if they are possible."""
     code, count, real = int(checkpoint["code"][0]), work.count, work.real
     if not kernel.RUNNING <= code <= (kernel.STOPPED if packed.model.drive else kernel.TOO_STIFF):
-        return f"its state is {code}"
+        return f"its return code is {code}"
     if not _sliding_is_possible(checkpoint["sliding"]):
-        return "what it knows of sliding is impossible"
+        return "its record of sliding is impossible"
     normal, friction = (kernel.of_contacts(count, i) for i in (kernel.NORMAL, kernel.FRICTION))
     signed = {*kernel.places_of(count, kernel.NORMAL), *kernel.places_of(count, kernel.FRICTION)}
     if any(not 0 <= number <= LARGEST_COUNT for i, number in enumerate(count) if i not in signed):
         return "a count is negative or too large"
     if count[kernel.STEPS] > packed.model.max_steps or count[kernel.LIMITED] > count[kernel.STEPS]:
-        return "it has made more steps than it may"
+        return "it has taken more steps than allowed"
     least, states = (normal.min(), friction.min()), (normal.max(), friction.max(), count[kernel.STIFF])
     inside = least[0] >= -1 and states[0] <= CLIPPED and least[1] >= BACKWARD and states[1] <= FORWARD
     if not (inside and states[2] <= 1 + CLIPPED):
-        return "its contact is in no state that there is"
+        return "its contact state does not exist"
     if count[kernel.SAMPLES] != checkpoint["rows"][0]:
-        return "its samples are not those of the file"
+        return "its number of samples is not that of the file"
     stretches = work.stretch.reshape(len(packed.model.contacts), -1)
-    if not all(_stretch_is_possible(own, packed.model, real[kernel.T_HI]) for own in stretches):
-        return "its stretch of the run is not the one that its time is in"
+    if not all(_stretch_is_possible(stretch, packed.model, real[kernel.T_HI]) for stretch in stretches):
+        return "its stretch of the run does not contain its time"
     if not _time_is_possible(work, scene, packed, code):
         return "its times contradict each other"
-    if code in RUNNING:  # one that ended is not continued, and may have ended because a number was not finite
+    if code in RUNNING:  # a run that ended is not continued, and may have ended because of a non-finite number
         if not all(np.isfinite(values).all() for values in (*work[:5], checkpoint["energy_start"])):
             return "a number is not finite"
         if not 0.0 < real[kernel.H] <= max(packed.model.h_max, first_step(packed)):
@@ -82,12 +82,12 @@ def _problem(work, checkpoint, scene, packed):
 
 
 def _sliding_is_possible(state):
-    """Whether the state of a `rsc.simulation.sliding.SlidingWatch` can be one."""
+    """Whether an array is a possible state of a `rsc.simulation.sliding.SlidingWatch`."""
     return 0.0 <= state[0] < np.inf and state[1] >= 0.0 and bool(np.isfinite(state[2:]).all())
 
 
 def _stretch_is_possible(stretch, model, time):
-    """Whether the finished stretches are as many as the time tells; the kernel takes their number for a place in memory."""
+    """Whether the number of finished stretches, which the kernel uses as a memory offset, agrees with the time."""
     finished, begin, end, until = stretch[[facts.FINISHED, facts.BEGIN + facts.TIME, facts.END + facts.TIME, facts.UNTIL]]
     if not (0.0 <= finished <= round(model.corner_time[-1] / model.stretch) and finished == int(finished)):
         return False
@@ -95,7 +95,7 @@ def _stretch_is_possible(stretch, model, time):
 
 
 def _time_is_possible(work, scene, packed, code):
-    """Whether the clock lies in its segment of the schedule, just behind the last sample, and at the end if the run finished."""
+    """Whether the time is in its schedule segment, just after the last sample, and at the end if the run finished."""
     real, count, corners = work.real, work.count, packed.model.corner_time
     hi, lo, phase, segment, samples = *real[:3], int(count[kernel.SEGMENT]), int(count[kernel.SAMPLES])
     if not (segment <= len(corners) - 2 and abs(lo) <= np.spacing(max(hi, 0.0)) and abs(phase) <= 1.0):

@@ -1,12 +1,11 @@
-"""System -> kernel Model: real modes of rotor and stator apart, scaled to metres, and the packed arrays.
+"""System -> kernel Model: real modes of rotor and stator separately, scaled to metres, and packed arrays.
 
-In real modes the stiffness is diagonal, and so is modal or Rayleigh damping; what stays full (other damping, gyroscopics) goes
-into the kernel's matrices, and only then. Each part's modes are normalised to the mass of its contacting coordinate,
-so every coordinate of the kernel is a length and one absolute tolerance, rtol times the gap, fits all. Where springs are skew or
-anisotropic, the ledger books their work with that of the unbalance, by the rotor's mass: there the stator's modes are normalised
-to that as well, and its tolerances scaled.
-The modes are refined in extended precision, where the machine has it, and rounded once at the end: the eigensolver's errors,
-relative to the highest frequency, would otherwise perturb the low modes by much more than rounding.
+In real modes the stiffness is diagonal, and so is modal or Rayleigh damping; only what remains full (other damping, gyroscopics)
+needs the kernel's matrices. The modes of each body are normalised to the mass of its contact coordinate, so that every coordinate
+of the kernel is a length and one absolute tolerance, rtol times the gap, fits all. With skew or anisotropic springs, whose work
+the ledger books together with that of the unbalance using the rotor's mass, the stator's modes are normalised to that mass as
+well and its tolerances scaled. The modes are refined in extended precision, where available, and rounded once at the end: errors
+of the eigensolver, relative to the highest frequency, would otherwise perturb the low modes by much more than rounding.
 """
 
 from dataclasses import dataclass, replace
@@ -28,19 +27,19 @@ from rsc.simulation.stiffness import fastest, resolved_angle
 from rsc.simulation.stretches import stretch_length
 from rsc.system.system import Law
 
-# the kind of spring of each law of a System
+# kind of spring for each class of contact law
 SPRINGS = {Law: springs.Linear}
-# off-diagonal entries below this share of their diagonal are rounding, not physics
+# off-diagonal entries below this fraction of the diagonal are rounding, not physics
 ROUNDING = 1e-12
-# corrections of modes, each squaring their error, and the largest entry of one that is believed
+# corrections of modes, each of which squares the error, and the largest entry of a valid correction
 REFINEMENTS, LARGE_TURN = 2, 1e-3
-# of the contact's frequency: that of a rotor which next to nothing holds, so that its velocities have a tolerance
+# fraction of the contact frequency: lower bound for a rotor on hardly any support, so that velocities have a tolerance
 SLOWEST = 1e-4
 
 
 @dataclass(frozen=True)
 class Modes:
-    """Real modes of one part: r = shape @ x, every x a length; x = inverse @ r."""
+    """Real modes of one body: r = shape @ x, every x a length; x = inverse @ r."""
 
     shape: np.ndarray  # (n, n)
     inverse: np.ndarray  # (n, n)
@@ -54,38 +53,38 @@ class Modes:
 
 @dataclass(frozen=True)
 class Packed:
-    """A Model with the maps between the kernel's coordinates and the scene's."""
+    """A Model with the transformations between the kernel's and the scene's coordinates."""
 
     model: kernel.Model
     rotor: Modes
     stator: Modes
-    method: tuple  # tells the kernel the method
+    method: tuple  # selects the method in the kernel
 
     @property
     def width(self):
-        """Tuple that tells the kernel the width of its vectors."""
+        """Tuple whose length is the width of the kernel's vectors."""
         return (0.0,) * self.model.stiffness.shape[0]
 
     @property
     def n_numbers(self):
-        """Numbers 2n of the scene's coordinates and races; those of the kernel may be more (lines.py)."""
+        """Numbers 2n of the scene's coordinates and races; the kernel may have more (lines.py)."""
         races = sum(len(contact.race) > 0 for contact in self.model.contacts)
         return 2 * (len(self.rotor.shape) + len(self.stator.shape) + races)
 
     def kept(self, vector):
-        """The numbers of a kernel's vector that are a state: of the scene's coordinates, and of the drive's."""
+        """The part of a kernel vector that is state: without the padding."""
         return np.append(vector[: self.n_numbers], vector[-2:]) if self.model.drive else vector[: self.n_numbers].copy()
 
     def restored(self, kept):
-        """The kernel's vector of `kept` numbers."""
+        """The kernel vector for the numbers from `kept`."""
         vector = longer(kept[: self.n_numbers], self.model.stiffness.size)
         if self.model.drive:
             vector[-2:] = kept[self.n_numbers :]
         return vector
 
     def physical(self, x):
-        """Kernel coordinates (k, 2n), each row contiguous -> complex rotor (k, N) and stator (k, M) displacements, m, those of a
-        single mode in the same memory; of rates of the coordinates velocities, m/s."""
+        """Kernel coordinates (k, 2n), rows contiguous -> complex displacements of rotor (k, N) and stator (k, M) in m, a single
+        mode without a copy; or rates of the coordinates -> velocities in m/s."""
         pairs = x.view(np.complex128)
         n, m = self.rotor.shape.shape[0], self.stator.shape.shape[0]
         return _times(self.rotor.shape, pairs[:, :n]), _times(self.stator.shape, pairs[:, n : n + m])
@@ -107,15 +106,15 @@ def pack(system, solver, sample_rate):
         Matrices in SI units and rad/s.
     solver : scene solver settings (method, rtol, divergence in gaps, max_steps).
     sample_rate : float
-        Samples per second of the output.
+        Output samples per second.
     """
     (packed,) = _limited([_packed(system, solver, sample_rate)])
     return _extended(packed, system, fill=False)
 
 
 def pack_all(systems, scenes):
-    """`pack` of scenes with the same numbers of coordinates and their systems, with the same bits: list of Packed; where a body
-    is reduced the kernel's coordinates are filled up to a class (lines.py)."""
+    """`pack` for systems of scenes with equal numbers of coordinates, with the same bits: list of Packed; scenes with a reduced
+    body are padded to a class size (lines.py)."""
     pairs = list(zip(systems, scenes, strict=True))
     packed = _limited([_packed(system, scene.solver, scene.output.rate) for system, scene in pairs])
     made = []
@@ -126,13 +125,13 @@ def pack_all(systems, scenes):
 
 
 def _extended(packed, system, fill):
-    """Packed with what turns behind the coordinates of the bodies: races, then, behind what a class fills up, the drive."""
+    """Append to the coordinates of the bodies races, then padding, then the drive."""
     model = with_races(packed.model, system)
     return replace(packed, model=with_drive(model, system, fill))
 
 
 def _packed(full, solver, sample_rate):
-    """Packed without limits of stability, with as many coordinates as the scene has."""
+    """Packed without stability limits and with exactly the coordinates of the scene."""
     system = reference(full)
     name = method_of(solver)
     method = _stages(name)
@@ -144,7 +143,7 @@ def _packed(full, solver, sample_rate):
         share[system.n_rotor :] = stator.reference_mass / rotor.reference_mass
         stator = _with_mass(stator, rotor.reference_mass)
     gap = min(contact.gap for contact in system.contacts)
-    omega = np.sqrt(np.maximum(np.concatenate([rotor.stiffness, stator.stiffness]), 0.0))  # a free mode's may be rounding
+    omega = np.sqrt(np.maximum(np.concatenate([rotor.stiffness, stator.stiffness]), 0.0))  # rigid-body modes: rounding
     diagonal, columns = _damping(system, rotor, stator, by_component)
     forces = np.array([system.rotor.unbalance, system.rotor.unbalance_euler - system.rotor.unbalance, system.rotor.load])
     unbalance, euler, load = _rotor_pairs(forces, rotor, system.n_stator)
@@ -187,14 +186,14 @@ def _packed(full, solver, sample_rate):
 
 
 def _stages(name):
-    """The tuple that tells the kernel a method; SolverError of one that is gone."""
-    if name not in METHODS:  # of a stored scene
-        raise SolverError(f"solver.method = {name!r} is gone; use one of {', '.join(METHODS)}")
+    """The tuple that selects a method in the kernel; SolverError for a method that no longer exists."""
+    if name not in METHODS:  # possible in a stored scene
+        raise SolverError(f"solver.method = {name!r} no longer exists; use one of {', '.join(METHODS)}")
     return METHODS[name]
 
 
 def _contact_data(contact, rotor, stator, mass, run):
-    """A contact as the kernel takes it, in modes of masses (n,); run = method and sense of rotation."""
+    """ContactData in modes with masses (n,); run = (method, sense of rotation)."""
     row = np.concatenate([rotor.shape.T @ contact.rotor, -stator.shape.T @ contact.stator])
     return kernel.ContactData(
         contact_row=_twice(row),
@@ -209,20 +208,20 @@ def _contact_data(contact, rotor, stator, mass, run):
 
 
 def _frequency(contact, mass):
-    """Frequency, rad/s, with which a contact vibrates."""
+    """Natural frequency of a closed contact, rad/s."""
     return np.sqrt(springs.limit(contact.surfaces.spring) * float((contact.contact_row[::2] ** 2 / mass).sum()))
 
 
 def _watched_rows(system, rotor, stator):
-    """A row in modes for every clearance, (k, 2n), as that of the contact; () without any."""
+    """Rows (k, 2n) in modes for the clearances, like those of contacts; () without any."""
     if not system.clearances:
         return ()
-    rows = [np.concatenate([rotor.shape.T @ own.rotor, -stator.shape.T @ own.stator]) for own in system.clearances]
+    rows = [np.concatenate([rotor.shape.T @ place.rotor, -stator.shape.T @ place.stator]) for place in system.clearances]
     return np.array(rows, dtype=float).repeat(2, axis=1)
 
 
 def _surfaces(law, gap, method):
-    """Constants of a contact's surfaces; SolverError of a law that the kernel does not know, or not by this method."""
+    """Constants of the contacting surfaces; SolverError for a law that the kernel, or this method, does not support."""
     if type(law) not in SPRINGS:
         raise SolverError(f"the kernel has no spring for the contact law {type(law).__name__} (see CONTRIBUTING.md)")
     kind = SPRINGS[type(law)]
@@ -238,7 +237,7 @@ def _surfaces(law, gap, method):
 
 
 def _limited(packed):
-    """The Packed with their longest stable steps."""
+    """Fill in the longest stable steps."""
     for method in {part.method for part in packed}:
         places = [i for i, part in enumerate(packed) if part.method == method]
         steps, _ = fastest([packed[i].model for i in places], method)
@@ -249,15 +248,15 @@ def _limited(packed):
 
 
 def method_of(solver):
-    """The method of solver settings; "auto" is the fastest at errors of 1e-6 gaps and less, or near it, as it is above."""
+    """The method of solver settings; "auto" is taylor8, the fastest or nearly so at any error."""
     return "taylor8" if solver.method == "auto" else solver.method
 
 
 def _times(shape, rows):
-    """shape @ row for every row, summed in one order: a matrix product's bits would depend on how many rows there are."""
+    """shape @ row for every row, summed in a fixed order: the bits of a matrix product would depend on the number of rows."""
     if not shape.size:
         return np.zeros((rows.shape[0], shape.shape[0]), dtype=complex)
-    if len(shape) == 1 and shape[0, 0] == 1.0:  # normalised to its coordinate
+    if len(shape) == 1 and shape[0, 0] == 1.0:  # normalised to its own coordinate
         return rows
     result = rows[:, :1] * shape[:, 0]
     for j in range(1, shape.shape[1]):
@@ -266,13 +265,13 @@ def _times(shape, rows):
 
 
 def _rtol(system, omega, rtol, omega_contact):
-    """The tolerance asked for, or a tighter one that resolves the contact; omega in rad/s is the frequency of
-    `rotor_reference`, omega_contact that with which the contact vibrates.
+    """The requested tolerance, or a tighter one that resolves the contact; omega in rad/s is the frequency of `rotor_reference`,
+    omega_contact that of the closed contact.
 
-    The velocities may err by rtol gap omega. With a contact that vibrates at omega_c this is lost against the penetration that
-    carries a whirl, gap (omega/omega_c)^2, only while rtol << omega/omega_c: beyond, contact chatters and its force is noise
-    (maps.csv). Friction that reverses within a range of slip is resolved only while rtol gap omega << slip_velocity: beyond,
-    sticking is a noise of full friction forces, and a run can be off by a thousand times its tolerance (dozen.csv, S8).
+    Velocities may have errors of rtol gap omega. With a contact frequency omega_c these are small compared with the penetration
+    of a whirl, gap (omega/omega_c)^2, only if rtol << omega/omega_c: beyond, the contact chatters and its force is noise
+    (maps.csv). Friction that reverses within a slip range is resolved only if rtol gap omega << slip_velocity: beyond, sticking
+    is a noise of full friction forces, and a run can be off by a thousand times its tolerance (dozen.csv, S8).
     """
     rtol = min(rtol, 0.03 * omega / omega_contact)
     for contact in system.contacts:
@@ -286,17 +285,17 @@ def _rtol(system, omega, rtol, omega_contact):
 
 
 def _switch_tol(rtol):
-    """How close a step must end behind a switch, in the measure of the error norm: a tenth of rtol at 1e-4, a hundredth at 1e-6.
+    """Allowed overshoot of a switch at the end of a step, in the error norm: a tenth of rtol at 1e-4, a hundredth at 1e-6.
 
-    Closer costs repeated steps where steps are long, next to nothing where they are short; a switch that is met late kicks the
-    contact, always to the same side, which shows in how long a run-up stays on an unstable whirl
+    A tighter bound costs repeated steps if steps are long, hardly any if they are short. Meeting switches late gives the contact
+    small impulses, always to the same side, which shows in how long a run-up stays on an unstable whirl
     (tests/literature/test_reference_runs.py).
     """
     return float(max(rtol * min(0.1, 10.0 * np.sqrt(rtol)), 2.0**-52))
 
 
 def rotor_reference(system):
-    """Square of the frequency, rad/s, of the rotor's contacting coordinate with all others held, the fastest of several."""
+    """Squared natural frequency, (rad/s)^2, of the rotor's contact coordinate with all others fixed; the largest of several."""
     places = [int(contact.rotor.argmax()) for contact in system.contacts]
     return max(abs(system.rotor.stiffness[c, c]) / system.rotor.mass[c, c] for c in places)
 
@@ -305,23 +304,24 @@ def first_step(packed):
     """Length of the first attempted step, s: safe for the fastest mode with the stiffest contact closed."""
     m = packed.model
     contact = max(
-        springs.limit(own.surfaces.spring) * float(np.abs(own.force_row[::2] * own.contact_row[::2]).sum()) for own in m.contacts
+        springs.limit(data.surfaces.spring) * float(np.abs(data.force_row[::2] * data.contact_row[::2]).sum()) for data in
+        m.contacts
     )
     omega2 = float(np.abs(m.stiffness).max()) + contact
     return min(0.1 * m.rtol**0.2 / np.sqrt(omega2), m.h_max)
 
 
 def _quarter_period(system, omega_ref):
-    """Longest step: no more than a quarter of a turn, as far as the rotations of the stages reach (`turn.turned`)."""
+    """Longest step in s: a quarter turn, up to which rotations of the stages are accurate (`turn.turned`)."""
     return 0.5 * np.pi / max(omega_ref, system.fastest)
 
 
 def _modes(mass, stiffness, contact):
-    """Modes of one part, normalised so that mass = reference mass for each; diagonal parts stay as they are."""
+    """Modes of one body, normalised to the reference mass; diagonal matrices keep their coordinates."""
     n = mass.shape[0]
     if n == 0:
         return Modes(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0), 1.0)
-    if n == 1:  # what ensembles of small scenes mostly have
+    if n == 1:  # the usual case in ensembles of small scenes
         return Modes(np.ones((1, 1)), np.ones((1, 1)), stiffness[0] / mass[0], float(mass[0, 0]))
     c = int(contact.argmax())
     reference = float(mass[c, c])
@@ -331,13 +331,13 @@ def _modes(mass, stiffness, contact):
         omega2 = stiffness.diagonal() / mass.diagonal()
     else:
         omega2, shape = _refined(stiffness / reference, relative, scipy.linalg.eigh(stiffness / reference, relative)[1])
-        # a free mode's zero comes out as rounding of either sign
+        # the zero of a rigid-body mode is computed as rounding of either sign
         omega2 = np.where(np.abs(omega2) < ROUNDING * np.abs(omega2).max(), 0.0, omega2)
     return Modes(shape, shape.T @ relative, omega2, reference)
 
 
 def _with_mass(modes, mass):
-    """The same modes normalised to another mass, kg."""
+    """The same modes normalised to another mass in kg."""
     size = np.sqrt(mass / modes.reference_mass)
     return Modes(modes.shape * size, modes.inverse / size, modes.stiffness, mass)
 
@@ -345,9 +345,9 @@ def _with_mass(modes, mass):
 def _refined(stiffness, mass, shape):
     """(omega^2, modes) in extended precision, from modes in double precision.
 
-    With R = 1 - X^T M X and S = X^T K X the correction X E, E_ij = (S_ij + w_j R_ij)/(w_j - w_i), E_ii = R_ii/2, leaves the
-    square of the error (Ogita and Aishima 2018). Where modes are so close that it would be large, any mixture of them is as
-    good: they are only made orthogonal, by E_ij = R_ij/2.
+    With R = 1 - X^T M X and S = X^T K X the correction X E, E_ij = (S_ij + w_j R_ij)/(w_j - w_i), E_ii = R_ii/2, squares the
+    error (Ogita and Aishima 2018). For modes so close that E_ij would be large any linear combination is as good: they are only
+    made orthogonal, by E_ij = R_ij/2.
     """
     stiffness, mass, shape = (matrix.astype(np.longdouble) for matrix in (stiffness, mass, shape))
     for _ in range(REFINEMENTS):
@@ -356,7 +356,7 @@ def _refined(stiffness, mass, shape):
         omega2 = energy.diagonal() / (1.0 - missing.diagonal())
         with np.errstate(divide="ignore", invalid="ignore"):
             turn = (energy + omega2 * missing) / (omega2 - omega2[:, None])
-        small = np.abs(turn) < LARGE_TURN  # false on the diagonal, which is infinite or not a number
+        small = np.abs(turn) < LARGE_TURN  # false on the diagonal, which is infinite or NaN
         shape = shape + shape @ np.where(small, turn, 0.5 * missing)
     return omega2, shape
 
@@ -366,7 +366,7 @@ def _is_diagonal(matrix):
 
 
 def _damping(system, rotor, stator, by_component):
-    """Diagonal (n,) and off-diagonal columns of M^-1 B in modes, with those of skew and anisotropic damping."""
+    """Diagonal (n,) and columns of the rest of M^-1 B in modes, including skew and anisotropic damping."""
     full = _block_diagonal(
         rotor.shape.T @ system.rotor.damping @ rotor.shape / rotor.reference_mass,
         stator.shape.T @ system.stator.damping @ stator.shape / stator.reference_mass,
@@ -384,8 +384,8 @@ def _damping(system, rotor, stator, by_component):
 
 
 def _directed(system, kind, rotor, stator):
-    """(linear, conjugate), complex (n, n): linear r + conjugate conj(r) is the force per mass in modes of skew and anisotropic
-    "stiffness", or of the damping for r'."""
+    """(linear, conjugate), complex (n, n): linear r + conjugate conj(r) is the force per mass in modes due to skew and
+    anisotropic "stiffness", or due to the "damping" for r'."""
     parts = {}
     for name in ("skew", "anisotropic"):
         matrices = [getattr(body, f"{name}_{kind}") for body in system.bodies]
@@ -406,7 +406,7 @@ def _by_component(linear, conjugate):
 
 
 def _corners(full):
-    """The corners of the schedule, knots that it passes among them."""
+    """The corners of the schedule, including the knots that it passes."""
     time, speed, interval = corners(full)
     return {
         "corner_time": np.array(time, dtype=float),
@@ -416,12 +416,12 @@ def _corners(full):
 
 
 def _same_all_round(damping):
-    """Matrices of a model without stiffness between components, with this damping."""
+    """Matrices of a model without skew and anisotropic stiffness, with this damping."""
     return {"damping_columns": damping, "stiffness_columns": (), "following_stiffness": (), "following_damping": ()}
 
 
 def _directed_columns(full, system, damping, rotor, stator):
-    """The matrices of a model by component, those that follow the speed among them; system: the `reference` of the full one."""
+    """Matrices of a model by component, including speed-dependent ones; system: the `reference` of the full one."""
     stiffness = _by_component(*_directed(system, "stiffness", rotor, stator))
     made = _same_all_round(damping) | {"stiffness_columns": stiffness}
     if not len(full.knot_speed):
@@ -432,8 +432,8 @@ def _directed_columns(full, system, damping, rotor, stator):
 
 
 def _following(full, system, columns, rotor):
-    """The matrices of stiffness and damping that follow the speed for the kernel (`Model`), those that do not within them; () for
-    a damping that does not follow; system: the `reference` of the full one, columns: its matrices."""
+    """[stiffness, damping] matrices of speed-dependent coefficients (`Model`), with the constant ones included; damping () if it
+    is constant. system: the `reference` of the full one, columns: its matrices."""
     made, more = [], system.n_stator
     for kind in ("stiffness", "damping"):
         linear, conjugate = additions(full, system.rotor, kind, rotor)
@@ -449,7 +449,7 @@ def _following(full, system, columns, rotor):
 
 
 def _on_rotor(system, matrix, rotor):
-    """Columns of a matrix of the rotor over the masses, in modes; () of zero or None."""
+    """Columns of a rotor matrix per mass, in modes; () if zero or None."""
     if matrix is None or not matrix.any():
         return ()
     matrix = rotor.shape.T @ matrix @ rotor.shape / rotor.reference_mass
@@ -457,7 +457,8 @@ def _on_rotor(system, matrix, rotor):
 
 
 def _block_diagonal(first, second):
-    """Two square matrices along the diagonal; scipy's takes ten times as long, which ensembles of small scenes feel."""
+    """Two square matrices along the diagonal; SciPy's function takes ten times as long, noticeable in ensembles of small
+    scenes."""
     n, m = first.shape[0], second.shape[0]
     matrix = np.zeros((n + m, n + m))
     matrix[:n, :n], matrix[n:, n:] = first, second
@@ -465,7 +466,7 @@ def _block_diagonal(first, second):
 
 
 def _columns(matrix):
-    """Columns with every entry written twice, (n, 2n), or () of a zero matrix."""
+    """Columns with every entry twice, (n, 2n); () for a zero matrix."""
     if not matrix.any():
         return ()
     return on_lines(matrix.T.repeat(2, axis=1))
@@ -476,7 +477,7 @@ def _twice(values):
 
 
 def _rotor_pairs(forces, rotor, n_stator):
-    """Complex forces on the rotor (k, N) in modes over their mass, (k, 2n); nothing acts on the stator."""
+    """Complex forces on the rotor (k, N) as accelerations in modes, (k, 2n); zero on the stator."""
     pairs = np.zeros((len(forces), len(rotor.shape) + n_stator), dtype=complex)
     pairs[:, : len(rotor.shape)] = forces @ rotor.shape / rotor.reference_mass
     return pairs.view(float)

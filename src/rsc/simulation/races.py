@@ -1,4 +1,4 @@
-"""Inner races as the kernel takes them (`rsc.kernel.race`): a coordinate each, behind those of the bodies."""
+"""Inner races for the kernel (`rsc.kernel.race`): one coordinate each, after those of the bodies."""
 
 import numpy as np
 
@@ -14,14 +14,14 @@ def with_races(model, system):
     wide = widened(model, model.stiffness.size // 2 + sum(place > 0 for place in places))
     damping, scale_x, scale_v = wide.damping.copy(), wide.scale_x.copy(), wide.scale_v.copy()
     contacts = []
-    for contact, own, place in zip(wide.contacts, system.contacts, places, strict=True):
+    for contact, source, place in zip(wide.contacts, system.contacts, places, strict=True):
         if place:
             row = np.zeros(damping.size)
             row[place] = 1.0 / SIZE
             radius = contact.surfaces.radius + contact.gap
-            per_mass = SIZE**2 * radius**2 / own.law.race_inertia
+            per_mass = SIZE**2 * radius**2 / source.law.race_inertia
             contact = contact._replace(race=RaceData(row, per_mass, radius, place))
-            damping[place : place + 2] = -own.law.race_drag / own.law.race_inertia
+            damping[place : place + 2] = -source.law.race_drag / source.law.race_inertia
             scale_x[place : place + 2] *= SIZE**2
             scale_v[place : place + 2] *= SIZE**2
         contacts.append(contact)
@@ -29,8 +29,8 @@ def with_races(model, system):
 
 
 def places_of(system, size):
-    """Of every contact where the surface of its race stands among the numbers of a state, behind `size` of the bodies; 0 of
-    none."""
+    """For each contact the index of its race coordinate in a state vector, after `size` numbers of the bodies; 0 without a
+    race."""
     places = []
     for contact in system.contacts:
         has = contact.law.race_inertia is not None
@@ -40,14 +40,14 @@ def places_of(system, size):
 
 
 def begin(model, v, speeds):
-    """Put the speeds (n_contacts,) in m/s of surfaces into the velocities that a run begins with."""
+    """Write surface velocities (n_contacts,) in m/s into the initial velocities of a run."""
     for contact, speed in zip(model.contacts, speeds, strict=True):
         if contact.race:
             v[contact.race.place] = SIZE * speed
 
 
 def speeds_of(model, v):
-    """Speeds (n_contacts,) in m/s of surfaces in a kernel's velocities, None where no race turns."""
+    """Surface velocities (n_contacts,) in m/s from the kernel's velocities; None without a race."""
     if not any(contact.race for contact in model.contacts):
         return None
     return np.array([v[contact.race.place] / SIZE if contact.race else 0.0 for contact in model.contacts])

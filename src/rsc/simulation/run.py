@@ -1,4 +1,4 @@
-"""A run in progress: the kernel's chunks turned into blocks of samples, its energies, and how it ended."""
+"""A run in progress: blocks of samples from the kernel's chunks, energy ledger, status and advice."""
 
 import platform
 from dataclasses import dataclass
@@ -28,13 +28,13 @@ from rsc.simulation.stretches import begun, facts_of, room_for, running_rows
 from rsc.system.assemble import assemble
 from rsc.system.blas import product
 
-# steps times coordinates per call of the kernel: some 10 ms of a small model, so that progress shows and Ctrl-C is answered at
+# steps times coordinates per call of the kernel: some 10 ms of a small model, so that progress is shown and Ctrl-C is answered at
 # once; a block written to the file takes 2 ms
 CHUNK_STEPS = 300_000
 BUFFER_ROWS = 16_384
-# measured: steps in contact are about so many times the cautious first one
+# measured: steps in contact are about this many times longer than the cautious first one
 STEP_GROWTH = 200.0
-# share of the turnover above which a residual of the energy ledger is told
+# fraction of the turnover above which a residual of the energy ledger is reported
 OPEN_LEDGER = 0.01
 
 STATUS = {
@@ -49,37 +49,37 @@ STATUS = {
 
 @cache
 def versions():
-    """All that the bits of a run depend on besides its scene, in a line."""
+    """One line with everything besides the scene that the bits of a run depend on."""
     kernel_hash, processor = fingerprint(Path(kernel.__file__).parent), llvmlite.binding.get_host_cpu_name()
     try:
-        own = version("rotor-stator-contact")
-    except PackageNotFoundError:  # used from its sources
-        own = "of unknown version"
+        release = version("rotor-stator-contact")
+    except PackageNotFoundError:  # run from source
+        release = "of unknown version"
     libraries = f"python {platform.python_version()}, numba {numba.__version__}, numpy {np.__version__} with {product()}"
-    return f"rsc {own}, {libraries}, kernel {kernel_hash[:12]} on {processor}"
+    return f"rsc {release}, {libraries}, kernel {kernel_hash[:12]} on {processor}"
 
 
 def new_work(packed, start, turns=0.0):
-    """The Work of a run that has not begun, from an InitialState with the shaft turned by so many turns."""
+    """The Work of a new run from an InitialState, with the shaft rotated by `turns`."""
     x = packed.modal(start.rotor, start.stator)
     v = packed.modal(start.rotor_velocity, start.stator_velocity)
     driven.begin(packed.model, v)
     if start.races is not None:
         races.begin(packed.model, v, start.races)
     count = np.zeros(kernel.n_count(len(packed.model.contacts)), dtype=np.int64)
-    count[kernel.NORMAL] = -1  # the kernel tells the contacts' states from the motion
+    count[kernel.NORMAL] = -1  # the kernel determines the contact states from the motion
     real = np.zeros(kernel.n_real(len(packed.model.contacts)))
     real[kernel.H], real[kernel.PHASE] = first_step(packed), turns
     put_in = np.zeros_like(x)
     work = kernel.Work(x, v, np.zeros_like(x), put_in, real, count, begun(packed.model, x, v, turns))
-    put_in[0] = -_spring_energy(packed.model, work) / packed.model.weight[0]  # `_ledger` takes what is stored then off again
+    put_in[0] = -_spring_energy(packed.model, work) / packed.model.weight[0]  # compensates the stored energy in `_ledger`
     return work
 
 
 @dataclass(frozen=True)
 class InitialState:
-    """Complex displacements (m) and velocities (m/s) of rotor (N,) and stator (M,) at t = 0, and speeds (m/s) of the surfaces of
-    inner races, those of all contacts (n_contacts,), 0 at one without; None: at rest."""
+    """Complex displacements (m) and velocities (m/s) of rotor (N,) and stator (M,) at t = 0, and surface velocities (m/s) of
+    inner races at all contacts (n_contacts,), 0 without a race; races = None: at rest."""
 
     rotor: np.ndarray
     rotor_velocity: np.ndarray
@@ -96,7 +96,7 @@ class Run:
     scene : Scene
     system : System
     packed : Packed
-        Of this system and scene.
+        Made from this system and scene.
     start : InitialState
     """
 
@@ -107,15 +107,15 @@ class Run:
 
     @classmethod
     def resumed(cls, scene, checkpoint, made_with=None):
-        """A run from a checkpoint, which goes on bit for bit.
+        """A run from a checkpoint, which continues bit for bit.
 
         Parameters
         ----------
         scene : Scene
         checkpoint : dict
-            name -> array as `checkpoint()` gives it; SolverError for one that is no state of a run of this scene.
+            name -> array as returned by `checkpoint()`; SolverError if it is not a possible state of a run of this scene.
         made_with : str, optional
-            What the earlier part of the run was made with, as `versions` gives it, and this one is.
+            `versions` of the earlier part of the run, if known.
         """
         run, system = cls.__new__(cls), assemble(scene)
         (packed,) = pack_all([system], [scene])
@@ -136,7 +136,7 @@ class Run:
 
     @property
     def buffer_bytes(self):
-        """Bytes of the samples that one chunk may hold: the buffer grows until it holds those of the longest step."""
+        """Largest size of the sample buffer in bytes: it grows until it holds the samples of the longest step."""
         rows, most = self._buffer_rows(), self.packed.model.h_max * self.scene.output.rate + 2.0
         while rows < min(most, self._most_rows()):
             rows = self._grown(rows)
@@ -144,23 +144,22 @@ class Run:
 
     @property
     def row_size(self):
-        """Numbers of the motion in a sample as the kernel writes it: its x, and its v behind where the scene asks for
-        velocities."""
+        """Numbers of the motion in a sample as written by the kernel: x, followed by v if the scene asks for velocities."""
         return self.work.x.size * (2 if self.scene.output.velocities else 1)
 
     @property
     def _forces(self):
-        """Numbers of a sample behind the motion: normal force, friction force and tangential velocity of each contact."""
+        """Trailing columns of a sample: normal force, friction force and tangential velocity of each contact."""
         return 3 * len(self.packed.model.contacts)
 
     @property
     def least_steps(self):
-        """Steps that the run takes at least: none is longer than a quarter of a turn or of the rotor's own period."""
+        """Lower bound for the number of steps: none is longer than a quarter turn or a quarter of the rotor's natural period."""
         return self.scene.drive.duration / self.packed.model.h_max
 
     @property
     def chunk_time(self):
-        """Simulated time in s of the shortest usual chunk: all of it in contact, or as many samples as the buffer holds."""
+        """Simulated time in s of a short chunk: entirely in contact, or one that fills the buffer."""
         return min(self._chunk_steps() * STEP_GROWTH * first_step(self.packed), BUFFER_ROWS / self.scene.output.rate)
 
     def _chunk_steps(self):
@@ -176,20 +175,20 @@ class Run:
         return min(2 * rows, self._most_rows())
 
     def checkpoint(self):
-        """All that the rest of the run depends on, name -> array; `rows` is the number of samples saved so far."""
+        """Everything that the rest of the run depends on, name -> array; `rows` is the number of samples saved so far."""
         arrays = {name: getattr(self.work, name).copy() for name in self.work._fields}
-        arrays |= {name: self.packed.kept(arrays[name]) for name in kernel.WORK_VECTORS}  # no more than the scene has
+        arrays |= {name: self.packed.kept(arrays[name]) for name in kernel.WORK_VECTORS}  # without padding
         numbers = {"energy_start": self.energy_start, "code": self._code, "rows": self.work.count[kernel.SAMPLES]}
         return arrays | {"sliding": self.sliding.state.copy()} | {name: np.array([n]) for name, n in numbers.items()}
 
     @property
     def n_stretches(self):
-        """Stretches that have ended."""
+        """Number of finished stretches."""
         return int(self.work.stretch[FINISHED])
 
     def take_stretches(self, last=False):
-        """Facts (k, len(COLUMNS)) of the stretches that ended since this was asked before; with `last` also of the running one,
-        in which the run has ended."""
+        """Facts (k, len(COLUMNS)) of the stretches finished since the last call; with `last` also of the running one, in which
+        the run ended."""
         rows, self._taken = self._rows[:, self._taken : self.n_stretches], self.n_stretches
         running = running_rows(self.packed.model, self.work.stretch)
         if last and running[0, END + TIME] > running[0, BEGIN + TIME]:
@@ -197,17 +196,17 @@ class Run:
         return facts_of(rows)
 
     def compile(self):
-        """Have the kernel compiled for this number of coordinates (or loaded from the cache); nothing moves."""
+        """Compile the kernel for this number of coordinates, or load it from the cache, without taking a step."""
         out = np.zeros((0, self.row_size + self._forces))
         work = kernel.Work(*(values.copy() for values in self.work))
         march(self.packed.model, work, out, self._rows, self.packed.width, self.packed.method, 0)
 
     def chunks(self):
-        """Advance chunk by chunk; yields (block of samples, Status or None while the run goes on)."""
+        """Advance chunk by chunk; yields (block of samples, Status, None while the run continues)."""
         forces = self._forces
         width = self.row_size + forces
         out = np.zeros((self._buffer_rows(), width))
-        if self._code in STATUS:  # killed after its last block and before it had its name: another step would be one too many
+        if self._code in STATUS:  # killed between the last block and renaming the file: another step would be too many
             yield self.empty_block(), STATUS[self._code]
             return
         while True:
@@ -222,22 +221,22 @@ class Run:
                 out = np.zeros((self._grown(len(out)), width))
 
     def _limit(self):
-        """What holds the steps of a stiff run and what to change; "" for a run that is not stiff."""
+        """What limits the steps of a stiff run and how to change that; "" if the run is not stiff."""
         stiff = int(self.work.count[kernel.STIFF]) - 1
         if stiff < 0:
             return ""
         state, sizes = {CLOSING: "closing", OPENING: "opening"}.get(stiff, "open"), (self.system.n_rotor, self.system.n_stator)
         limit, best = (limits(self.packed.model, sizes, method)[state] for method in (self.packed.method, METHODS["taylor8"]))
-        series = all(springs.ROOMS[type(own.surfaces.spring)].coefficient for own in self.packed.model.contacts)
+        series = all(springs.ROOMS[type(data.surfaces.spring)].coefficient for data in self.packed.model.contacts)
         return limit.advice(best.step / limit.step if series else 1.0)
 
     def empty_block(self):
-        """A block without samples: the names and shapes of every array."""
+        """A block without samples, which shows names and shapes of all arrays."""
         return self._block(np.zeros((0, self.row_size)), np.zeros((self._forces, 0)), 0)
 
     def seen_block(self, motion, forces, first):
-        """Samples from number `first` on, name -> array, of the kernel's motion (k, row_size) and forces and tangential velocity
-        (3 contacts, k), of which they may be parts; sliding is looked for in them."""
+        """Samples from number `first` on, name -> array, from the kernel's motion (k, row_size) and contact columns (3 contacts,
+        k), some of them as views; sliding is monitored."""
         block = self._block(motion, forces, first)
         for i, contact in enumerate(self.system.contacts):
             if contact.law.diameter is None and contact.law.friction > 0.0:
@@ -262,14 +261,14 @@ class Run:
         return block
 
     def _turned(self, time, motion):
-        """Speed of the samples, and their angle where it is integrated."""
+        """Speed of the samples, and their angle if the speed is integrated."""
         if self.packed.model.drive:
             place = self.work.x.size - 2
             return {"speed": motion[:, place + 1].copy(), "angle": motion[:, place].copy()}
         return {"speed": np.interp(time, self.scene.drive.time, self.scene.drive.speed)}
 
     def _races(self, motion):
-        """Speed of the races in the samples, of several contacts a column each."""
+        """Speed of the races in the samples, with several contacts one column each."""
         places = [contact.race.place if contact.race else None for contact in self.packed.model.contacts]
         if not any(places):
             return {}
@@ -278,7 +277,7 @@ class Run:
         return {"race_speed": np.column_stack(columns) if len(columns) > 1 else columns[0].copy()}
 
     def summary(self, status):
-        """The Summary of the run as it stands."""
+        """The Summary of the run so far."""
         count, real = self.work.count, self.work.real
         ledger = self._ledger()
         if status == Status.FINISHED and self.sliding.lost_at < np.inf:
@@ -310,19 +309,19 @@ class Run:
         lost, fed, ring = (kernel.of_contacts(work.real, i).tolist() for i in energies)
         energy_in = float((model.weight * work.ledger_input).sum() + sum(ring))
         turned, followed = (float(model.weight[0] * work.real[i]) for i in (kernel.E_ROTATING, kernel.E_FOLLOWING))
-        energy_in += _spring_energy(model, work) - followed  # booked as put in, but stored; the work of skew springs is put in
+        energy_in += _spring_energy(model, work) - followed  # booked as input but stored; only the work of skew springs is input
         friction, contact = sum(fed), sum(lost)
         change = _energy(self.packed, work) - self.energy_start
         rotor, stator = float(damped[:n].sum()), float(damped[n:].sum())
         driven_in = 0.0
-        if model.drive:  # what a ring or rotating damping feeds, and friction beside its heat, comes from what turns
+        if model.drive:  # the work of ring, rotating damping and friction (its heat too) comes from the rotation
             driven_in, braked = (float(work.real[i]) for i in (kernel.E_TORQUE, kernel.E_BRAKED))
             energy_in, turned, friction = energy_in - sum(ring), 0.0, friction - braked
         residual = energy_in + turned + followed + driven_in + friction - rotor - stator - contact - change
         return Ledger(energy_in, friction, rotor, stator, contact, change, residual, turned, followed, driven_in)
 
     def _where(self):
-        """Time, speed, state and contact where the run stands."""
+        """Current time, speed, deflection and contact of the run, for messages."""
         model = self.packed.model
         omega = driven.speed_of(model, self.work.v) if model.drive else self.system.speed_at(self.time)
         speed = float(omega) / (2.0 * np.pi)
@@ -331,7 +330,7 @@ class Run:
         return f"at {self.time:.6g} s ({speed:.4g} Hz, rotor at {abs(rotor):.3g} m, {contact})"
 
     def _advice(self, status, ledger):
-        """One sentence on what stopped a run and what to change."""
+        """One sentence on why a run ended and what to change."""
         limit = self._limit()
         if status == Status.FINISHED:
             return "; ".join(filter(None, (limit, _unclosed(ledger))))
@@ -339,44 +338,44 @@ class Run:
             return self.sliding.advice()
         where, h = self._where(), self.work.real[kernel.H]
         if status == Status.STIFF:
-            return f"{limit}; stopped {where}, for solver.max_steps of them cannot reach the end"
+            return f"{limit}; stopped {where}, since solver.max_steps such steps cannot reach the end"
         if status == Status.STOPPED:
-            return f"the rotor stands {self._where()}: to hold it give drive.torque more at low speeds, or less friction"
+            return f"the rotor has stopped {self._where()}: to keep it turning raise drive.torque at low speeds or lower friction"
         if status == Status.DIVERGED:
-            return f"the motion grew beyond bounds {where}: {_what_fed(self.system, ledger, self.sliding)}"
+            return f"the motion diverged {where}: {_what_fed(self.system, ledger, self.sliding)}"
         if status == Status.STEP_COLLAPSED:
-            return f"the step fell to {h:.3g} s {where}: loosen solver.rtol or look for a stiffness or mass far out of scale"
+            return f"the step size fell to {h:.3g} s {where}: loosen solver.rtol or look for a stiffness or mass far out of scale"
         if status == Status.NON_FINITE:
-            return f"a non-finite acceleration {where}: look for numbers in the scene that overflow"
+            return f"non-finite acceleration {where}: look for values in the scene that overflow"
         if status == Status.TOO_MANY_STEPS:
             cause = f" ({limit})" if limit else ""
             return f"solver.max_steps reached {where}: raise it, shorten the run or loosen solver.rtol{cause}"
-        return f"interrupted {where}; the samples until then are kept"
+        return f"interrupted {where}; the samples so far are kept"
 
 
 def _unclosed(ledger):
-    """One sentence on a ledger that does not close, "" for one that does."""
+    """One sentence on a ledger that does not close; "" if it does."""
     if not abs(ledger.residual) > OPEN_LEDGER * ledger.turnover:
         return ""
     share = 100.0 * abs(ledger.residual) / ledger.turnover
     return (
-        f"the energy ledger does not close: its residual is {share:.2g} % of the turnover, from noise in fast modes; the motion "
-        "is within its tolerance, the energies are not: taylor8 or a tighter rtol closes it"
+        f"the energy ledger does not close: its residual is {share:.2g} % of the turnover, due to noise in fast modes; the "
+        "motion is within its tolerance, the energies are not: use taylor8 or a tighter rtol"
     )
 
 
-@np.errstate(over="ignore", invalid="ignore")  # a run that ended as non-finite has infinite energies
+@np.errstate(over="ignore", invalid="ignore")  # a run with status non_finite has infinite energies
 def _energy(packed, work):
     """Kinetic and elastic energy of rotor, stator and contact spring, J."""
     m = packed.model
     lateral = 0.5 * float((m.weight * (work.v**2 - m.stiffness * work.x**2)).sum())
     turns = work.real[kernel.PHASE]
     turning = driven.energy(m, work.v, turns) if m.drive else 0.0
-    return float(lateral + turning + _spring_energy(m, work) + sum(_pressed(own, work.x, turns) for own in m.contacts))
+    return float(lateral + turning + _spring_energy(m, work) + sum(_pressed(data, work.x, turns) for data in m.contacts))
 
 
 def _pressed(contact, x, turns):
-    """Elastic energy of a contact's spring, J."""
+    """Elastic energy of a contact spring, J."""
     ring = complex(*contact.ring) * np.exp(2j * np.pi * turns) if contact.ring else 0j
     d = (contact.contact_row * x).view(complex).sum() + ring
     d = d - complex(*contact.offset) if contact.offset else d
@@ -384,12 +383,12 @@ def _pressed(contact, x, turns):
 
 
 def of_contact(block, i):
-    """A block of samples with the forces of one contact of several alone."""
+    """A block of samples with the forces of only one of several contacts."""
     return block | {name: block[name][:, i] for name in OF_CONTACT if name in block}
 
 
 def _spring_energy(model, work):
-    """Elastic energy that anisotropic springs, and those that follow the speed, add to that of the stiffness, J; skew ones store
+    """Elastic energy in J of anisotropic and speed-dependent springs, in addition to that of `Model.stiffness`; skew ones store
     none: Re(conj(r) i S r) = 0."""
     interval = 0
     if model.drive:
@@ -403,20 +402,20 @@ def _spring_energy(model, work):
 
 
 def _owned(block):
-    """A block with arrays of their own: the kernel writes into its rows again."""
+    """A block with copies instead of views, since the kernel reuses its rows."""
     return {name: values if values.base is None else values.copy() for name, values in block.items()}
 
 
 def _what_fed(system, ledger, sliding):
     if ledger.turned_in > max(ledger.friction_in, abs(ledger.energy_in)):
-        return "the drive fed it through rotating damping; raise the other damping, lower this or the speed"
+        return "the drive fed it through rotating damping; raise other damping, or lower rotating damping or the speed"
     if ledger.friction_in < 0.5 * abs(ledger.energy_in):
         if system.skew:
             return "skew stiffness or the imposed forces fed it; raise damping or lower skew stiffness"
         return "the imposed forces fed it; look for negative damping or an undamped resonance"
     if any(contact.law.diameter is None for contact in system.contacts):
         return (
-            "contact friction fed it, because the one-sided law (no contact.diameter) slides forward for ever: 'sliding' (12) "
-            f"ends with every diameter below {sliding.least_diameter:.3g} m; give contact.diameter, or lower friction"
+            "contact friction fed it: the one-sided law (no contact.diameter) always slides forward, but sliding (12) is lost "
+            f"with any diameter below {sliding.least_diameter:.3g} m; give contact.diameter, or lower friction"
         )
-    return "contact friction fed it while sliding never ended; lower friction or add stator damping"
+    return "contact friction fed it, with sliding throughout; lower friction or add stator damping"

@@ -1,4 +1,4 @@
-"""A run for its end alone: no samples are kept, only the facts of its stretches and the state in which it stands."""
+"""A run without samples: only the facts of its stretches and its current state are kept."""
 
 from dataclasses import replace
 
@@ -12,12 +12,12 @@ from rsc.simulation.pack import pack
 from rsc.simulation.run import InitialState, new_work
 from rsc.simulation.stretches import facts_of, room_for, running_rows
 
-_ROWS = 4  # of samples that the kernel has room for: the one at time 0, and what a step may add
-_NEVER = 1e-12  # Hz, a rate at which no other sample comes
+_ROWS = 4  # sample rows of the kernel's buffer: one for time 0, and what a step may add
+_NEVER = 1e-12  # Hz, a rate so low that no further sample occurs
 
 
 def packed_for_shots(system, solver, stretch):
-    """The Packed of a system whose shots have stretches of about so many seconds."""
+    """The Packed of a system for shots with stretches of about `stretch` seconds."""
     packed = pack(system, solver, _NEVER)
     duration = float(packed.model.corner_time[-1])
     return replace(packed, model=packed.model._replace(stretch=duration / max(1, round(duration / stretch))))
@@ -29,10 +29,10 @@ class Shot:
     Parameters
     ----------
     packed : Packed
-        As `packed_for_shots` makes it; its schedule tells how long the run may be.
+        From `packed_for_shots`; its schedule limits the length of the run.
     start : InitialState
     turns : float
-        Of the shaft at the start.
+        Rotation of the shaft at the start.
     """
 
     def __init__(self, packed, start, turns=0.0):
@@ -41,43 +41,43 @@ class Shot:
         self.code = kernel.RUNNING
 
     def advance(self, attempts):
-        """Attempt so many steps; returns whether the run goes on."""
+        """Attempt this many steps; returns whether the run can continue."""
         packed = self._packed
         self.code, _ = march(packed.model, self._work, self._out, self._rows, packed.width, packed.method, attempts)
         return self.code == kernel.RUNNING
 
     @property
     def diverged(self):
-        """Whether it left every bound."""
+        """Whether it diverged."""
         return self.code == kernel.DIVERGED
 
     @property
     def finished(self):
-        """Whether it reached its end."""
+        """Whether it reached its end time."""
         return self.code == kernel.FINISHED
 
     @property
     def stopped(self):
-        """Whether its rotor came to rest, of a drive with a torque."""
+        """Whether the rotor stopped turning, with a torque-limited drive."""
         return self.code == kernel.STOPPED
 
     @property
     def time(self):
-        """Time at which it stands, s."""
+        """Current time, s."""
         return float(self._work.real[kernel.T_HI])
 
     @property
     def speed(self):
-        """Rotor speed in Hz at which it stands, of a drive with a torque."""
+        """Current rotor speed in Hz, with a torque-limited drive."""
         return float(driven.speed_of(self._packed.model, self._work.v)) / (2.0 * np.pi)
 
     @property
     def n_stretches(self):
-        """Stretches that have ended."""
+        """Number of finished stretches."""
         return int(self._work.stretch[FINISHED])
 
     def facts(self):
-        """Facts (n, len(COLUMNS)) of the stretches that have ended, and of the running one of a run that has; of several contacts
+        """Facts (n, len(COLUMNS)) of the finished stretches, and of the running one if the run has ended; with several contacts
         side by side."""
         rows, running = self._rows[:, : self.n_stretches], running_rows(self._packed.model, self._work.stretch)
         if self.code != kernel.RUNNING and running[0, END + TIME] > running[0, BEGIN + TIME]:
@@ -86,11 +86,11 @@ class Shot:
 
     @property
     def turns(self):
-        """Turns of the shaft at which it stands, modulo one."""
+        """Current rotation of the shaft in turns, modulo one."""
         return float(self._work.real[kernel.PHASE])
 
     def state(self):
-        """The InitialState from which a run would go on, but for the angle of the shaft."""
+        """The InitialState from which a run would continue; the shaft angle is `turns`."""
         (rotor, stator), (rotor_dot, stator_dot) = (self._packed.physical(v[None, :]) for v in (self._work.x, self._work.v))
-        own = rotor[0].copy(), rotor_dot[0].copy(), stator[0].copy(), stator_dot[0].copy()
-        return InitialState(*own, races.speeds_of(self._packed.model, self._work.v))
+        motion = rotor[0].copy(), rotor_dot[0].copy(), stator[0].copy(), stator_dot[0].copy()
+        return InitialState(*motion, races.speeds_of(self._packed.model, self._work.v))

@@ -1,4 +1,4 @@
-"""Does the one-sided friction law hold? Its condition (12), sliding forward, looked at in the samples of a run."""
+"""Check of the one-sided friction law: its condition (12), forward sliding, monitored in the samples of a run."""
 
 import math
 from dataclasses import replace
@@ -7,23 +7,24 @@ import numpy as np
 
 
 def signed(law, sense):
-    """The law for the kernel, whose one-sided friction drives the way the rotor turns (`System.sense`): where that is backwards,
-    mu < 0."""
+    """The law for the kernel: one-sided friction acts in the sense of rotation (`System.sense`), so mu < 0 if the rotor turns
+    backward."""
     return law if law.diameter is not None else replace(law, friction=sense * law.friction)
 
 
 def _chosen(values, mask):
-    """The chosen values; without a copy where all are."""
+    """The chosen values, without a copy if all are chosen."""
     return values if mask.all() else values[mask]
 
 
 class SlidingWatch:
-    """Where v_rel = Omega d_R/2 + v_t > 0 could hold in contact, for a law that slides forward without knowing the diameter d_R;
-    of a rotor that turns backwards (sense = -1) in the mirror image, where both have the other sign.
+    """Monitors whether v_rel = Omega d_R/2 + v_t > 0 can hold in contact, for the one-sided law, which has no diameter d_R; for a
+    rotor that turns backward (sense = -1) in the mirror image, where both terms change sign.
 
-    state : (5,) least diameter in m for which every sample in contact with Omega > 0 slides forward; then time in s (infinite:
-        never), speed in Hz, normal force in N and tangential velocity v_t in m/s of the first sample in contact that slides
-        forward with no diameter (Omega <= 0 and v_t <= 0).
+    state : (5,) smallest diameter in m for which every sample in contact with Omega > 0 slides forward; then, for the first
+    sample
+        in contact that slides forward with no diameter (Omega <= 0 and v_t <= 0), time in s (infinite: never), speed in Hz,
+        normal force in N and tangential velocity v_t in m/s
     """
 
     def __init__(self, sense, state=None):
@@ -34,7 +35,7 @@ class SlidingWatch:
     lost_at = property(lambda self: float(self.state[1]))
 
     def see(self, block):
-        """Look at a block of samples."""
+        """Check a block of samples."""
         touching = block["normal_force"] > 0.0
         speed, tangential = (self._sense * _chosen(block[name], touching) for name in ("speed", "tangential_velocity"))
         forward = speed > 0.0
@@ -47,10 +48,10 @@ class SlidingWatch:
             self.state[1:] = [block[name][i] for name in ("time", "speed", "normal_force", "tangential_velocity")]
 
     def advice(self):
-        """What a run says whose sliding was lost for certain."""
+        """Message for a run in which forward sliding was lost with any diameter."""
         _, time, speed, force, tangential = self.state
         return (
-            f"the one-sided friction law slides forward (12), which no diameter can do from {time:.6g} s on ({speed:.4g} Hz, in "
-            f"contact with {force:.3g} N, surface moving at {tangential:.3g} m/s): give contact.diameter, so that friction "
-            "may stop and reverse, or keep the sense of rotation"
+            f"the one-sided friction law requires forward sliding (12), impossible with any diameter from {time:.6g} s on "
+            f"({speed:.4g} Hz, in contact with {force:.3g} N, surface moving at {tangential:.3g} m/s): give contact.diameter, so "
+            "that friction may stop and reverse, or keep the sense of rotation"
         )

@@ -1,7 +1,7 @@
-"""How long a step may be before the scene's fastest motion blows up, and what makes that motion fast.
+"""Longest stable step, and which motion of the scene limits it.
 
 For z = h lambda one step multiplies a motion e^{lambda t} by R(z) and estimates its error as |E(z)|, both polynomials of the
-method's table. Contact direction and friction are frozen: the radial spring and damper alone set the fast scales.
+method. Contact direction and friction are frozen: radial spring and damper alone determine the fast time scales.
 """
 
 import math
@@ -14,38 +14,38 @@ from rsc.kernel.contact import limits_of
 from rsc.kernel.tableau import table_of
 from rsc.simulation.driven import interval_at
 
-# |R| up to which a motion does not grow within the some hundred steps that it would take to notice
+# bound of |R|: no noticeable growth within the few hundred steps until stiffness is detected
 BOUND = 1.001
 RAY = np.arange(1, 201) / 20.0
-LONGER = 1.5  # a step of taylor8 costs more than one of rk45
-# directions looked along at a time: more would not stay in the processor's cache
+LONGER = 1.5  # gain in step length from which taylor8 pays off: its steps cost more than those of rk45
+# directions evaluated at a time: more would not fit into the processor's cache
 PART = 64
 
 
 @dataclass(frozen=True)
 class Limit:
-    """The motion that limits a stable step most, in one state of the contact."""
+    """The motion that limits the stable step most, in one contact state."""
 
-    step: float  # s, the longest stable step
+    step: float  # s, longest stable step
     eigenvalue: complex  # 1/s
     cause: str
-    is_mode: bool = False  # of a body, not the contact
+    is_mode: bool = False  # a mode of a body, not the contact
 
     def advice(self, longer):
-        """One sentence on what holds the steps and what to change.
+        """One sentence on what limits the steps and what to change.
 
-        longer : float, the step that "taylor8" could take over this one; 1 for taylor8 itself
+        longer : float, factor by which "taylor8" could lengthen the steps; 1 for taylor8 itself
         """
         change = f'solver.method = "taylor8" takes steps {longer:.1f} times as long' if longer > LONGER else ""
-        other = "leave it out by a reduced model" if self.is_mode else "make that softer or slower"
+        other = "remove the mode by a reduced model" if self.is_mode else "make it softer or slower"
         return (
-            f"steps are held below {self.step:.3g} s, a tenth or less of what accuracy asks, by the stability of {self.cause}: "
-            f"that costs running time, not accuracy; {change + '; or ' if change else ''}{other}"
+            f"the stability of {self.cause} limits steps to {self.step:.3g} s, a tenth or less of what accuracy requires; "
+            f"that costs running time, not accuracy: {change + '; or ' if change else ''}{other}"
         )
 
 
 def stable_steps(eigenvalues, method):
-    """Longest steps, s, that do not let motions e^{eigenvalue t} grow; infinite for one that grows by itself or stands."""
+    """Longest steps in s under which motions e^{eigenvalue t} do not grow numerically; infinite if unstable or static."""
     size = abs(eigenvalues)
     still = (size == 0.0) | (eigenvalues.real > 1e-9 * size)
     size = np.where(size > 0.0, size, 1.0)
@@ -55,10 +55,10 @@ def stable_steps(eigenvalues, method):
 
 
 def _longest(directions, method):
-    """Lengths |z| along some directions (n,) up to which |R(z)| stays within its bound."""
+    """Largest |z| along complex directions (n,) up to which |R(z)| stays within BOUND."""
     z = RAY * directions[:, None]
     growth = np.zeros_like(z)
-    for coefficient in _polynomials(method)[0]:  # in place: ensembles feel the copies that numpy.polyval makes
+    for coefficient in _polynomials(method)[0]:  # in place: the copies of numpy.polyval would be noticeable in ensembles
         growth *= z
         growth += coefficient
     grows = growth.real**2 + growth.imag**2 > BOUND**2
@@ -67,14 +67,14 @@ def _longest(directions, method):
 
 @lru_cache
 def resolved_angle(rtol, method):
-    """Largest h omega at which the error estimate of an oscillation of the size of its tolerance passes."""
+    """Largest h omega at which the error estimate of an oscillation of unit amplitude is below rtol."""
     angles, log_errors = _oscillation_errors(method)
     return float(np.interp(np.log(rtol), log_errors, angles))
 
 
 @cache
 def _oscillation_errors(method):
-    """Angles h omega and the logarithms of the error estimates of oscillations of size 1 there."""
+    """(h omega, log of the error estimate there of an oscillation of unit amplitude)."""
     angles = np.geomspace(1e-3, 3.0, 200)
     errors = abs(np.polyval(_polynomials(method)[1], 1j * angles))
     return angles, np.log(np.maximum.accumulate(errors))
@@ -82,8 +82,8 @@ def _oscillation_errors(method):
 
 @cache
 def _polynomials(method):
-    """Coefficients, highest power first, of R(z) = 1 + z b (1 - z A)^-1 1 and E(z) = z e (1 - z A)^-1 1; of a series: of e^z as
-    far as it is kept, and its last term."""
+    """Coefficients, highest power first, of R(z) = 1 + z b (1 - z A)^-1 1 and E(z) = z e (1 - z A)^-1 1; for a Taylor series of
+    the truncated e^z and its last term."""
     n_stages, table = len(method), table_of(method)
     if table is None:
         growth = [1.0 / math.factorial(k) for k in range(n_stages, -1, -1)]
@@ -98,16 +98,16 @@ def _polynomials(method):
 
 
 def limits(model, sizes, method):
-    """{"open": Limit, "closing": Limit, "opening": Limit}: without contact, with its spring, with spring and damper.
+    """{"open": Limit, "closing": Limit, "opening": Limit}: without contact, with contact spring, with spring and damper.
 
-    Parameters: kernel Model, sizes (N, M) of its bodies, the method.
+    Parameters: kernel Model, sizes (N, M) of its bodies, method.
     """
     free, spring, damper = zip(*(part[0].tolist() for part in fastest([model], method)), strict=True)
     number = 1 + int(np.argmin(abs(abs(free[1]) - np.sqrt(abs(model.stiffness[::2])))))
     body, number = ("rotor", number) if number <= sizes[0] else ("stator", number - sizes[0])
     mode = f"mode {number} of the {body} at {_hertz(free[1])}"
-    k_c = f"contact.stiffness k_C, with which the contact vibrates at {_hertz(spring[1])}"
-    b_c = f"the contact damper b_C, which acts within {1.0 / abs(damper[1]):.3g} s"
+    k_c = f"contact.stiffness k_C (contact frequency {_hertz(spring[1])})"
+    b_c = f"the contact damper b_C (time constant {1.0 / abs(damper[1]):.3g} s)"
     by_mode = spring[0] > 0.5 * free[0]
     closing = Limit(*spring, mode if by_mode else k_c, by_mode)
     by_spring = damper[0] > 0.5 * spring[0]
@@ -120,12 +120,12 @@ def _hertz(eigenvalue):
 
 
 def fastest(models, method):
-    """(longest stable steps, eigenvalues), both (models, 3), of the motions that limit the step most: without contact, with its
-    spring, with spring and damper. Parameters: kernel Models with the same number of coordinates, their method."""
+    """(longest stable steps, eigenvalues), both (models, 3), of the motions that limit the step most: without contact, with
+    contact spring, with spring and damper. Parameters: kernel Models with equal numbers of coordinates, their method."""
     steps, eigenvalues = np.empty((len(models), 3)), np.empty((len(models), 3), dtype=complex)
     turning = np.array([_turns(model) for model in models])
     by_component = np.array([len(model.stiffness_columns) + len(model.following_stiffness) > 0 for model in models])
-    for chosen in (turning & ~by_component, ~turning & ~by_component):  # apart, so that no model's bits depend on the others
+    for chosen in (turning & ~by_component, ~turning & ~by_component):  # bits independent of other models
         if chosen.any():
             steps[chosen], eigenvalues[chosen] = _fastest([models[i] for i in np.flatnonzero(chosen)], method)
     for i in np.flatnonzero(by_component):
@@ -137,8 +137,8 @@ def fastest(models, method):
 
 
 def _places(model):
-    """(speed in Hz, interval between knots) of the places of the schedule that are looked at: the fastest speed, and where
-    coefficients follow the speed the least and the largest one of every interval."""
+    """[(speed in Hz, interval between knots)] at which stability is evaluated: the highest speed, or with speed-dependent
+    coefficients the lowest and highest one of each interval."""
     if not len(model.following_stiffness):
         return [(model.corner_speed[abs(model.corner_speed).argmax()], 0)]
     if model.drive:
@@ -159,7 +159,7 @@ def _turns(model):
 
 
 def _fastest(models, method):
-    """`fastest` of models that all have gyroscopics or rotating damping, or none: without them the matrices are real."""
+    """`fastest` for models that all have gyroscopics or rotating damping, or all have none and real matrices."""
     n, turning = models[0].stiffness.size // 2, _turns(models[0])
     matrices = np.zeros((len(models), 3, 2 * n, 2 * n), dtype=complex if turning else float)
     axes = np.arange(n)
@@ -181,8 +181,8 @@ def _fastest(models, method):
 
 
 def _press(matrices, contact, pushed):
-    """Add a contact to the three matrices: without it, with its spring, with its damper too; pushed: accelerations per force and
-    deflection."""
+    """Add a contact to the three matrices: to the second with its spring, to the third with its damper, too; pushed:
+    accelerations per force and deflection."""
     n = len(pushed)
     stiffness, damping = limits_of(contact.surfaces)
     matrices[1:, n:, :n] += stiffness * pushed
@@ -190,9 +190,9 @@ def _press(matrices, contact, pushed):
 
 
 def _shortest(matrices, turning, method):
-    """Of matrices (..., 3, k, k), real ones unless turning: the shortest of the steps of each, (..., 3), and its eigenvalue."""
+    """(shortest stable step, its eigenvalue), both (..., 3), of matrices (..., 3, k, k), real unless turning."""
     eigenvalues = np.linalg.eigvals(matrices).astype(complex)
-    # of a real matrix's pair both need the same steps
+    # both eigenvalues of a conjugate pair need the same step
     steps, one = np.full(eigenvalues.shape, np.inf), (eigenvalues.imag >= 0.0) | turning
     steps[one] = stable_steps(eigenvalues[one], method)
     place = steps.argmin(axis=-1)[..., None]
@@ -200,7 +200,7 @@ def _shortest(matrices, turning, method):
 
 
 def _of_components(model, speed, interval):
-    """The three matrices of a model with skew or anisotropic springs or dampers, real, of the components y and z, (3, 4n, 4n), at
+    """The three matrices of a model with skew or anisotropic springs or dampers for the components y and z, real (3, 4n, 4n), at
     a speed in Hz."""
     n = model.stiffness.size
     matrices = np.zeros((3, 2 * n, 2 * n))
@@ -220,7 +220,7 @@ def _of_components(model, speed, interval):
 
 
 def _columns_at(model, Omega, interval):
-    """Columns of stiffness and damping of the components at a speed in rad/s in an interval between knots."""
+    """Columns of stiffness and damping by component at a speed in rad/s, in an interval between knots."""
     width = model.stiffness.size
     made = []
     for name in ("stiffness", "damping"):
@@ -231,15 +231,15 @@ def _columns_at(model, Omega, interval):
 
 
 def spring_matrix(model, interval, speed):
-    """Matrix (2n, 2n) of the components of the springs beside `Model.stiffness`, in an interval between knots at a speed in Hz;
-    None where there are none."""
+    """Matrix (2n, 2n) by component of the springs not in `Model.stiffness`, in an interval between knots at a speed in Hz; None
+    if there are none."""
     if not len(model.stiffness_columns) + len(model.following_stiffness):
         return None
     return component_matrix(_columns_at(model, 2.0 * np.pi * speed, interval)[0])
 
 
 def component_matrix(columns):
-    """The matrix (2n, 2n) of the components (y_0, z_0, y_1, ...) whose columns the kernel has (`vec.times_components`)."""
+    """Matrix (2n, 2n) in the components (y_0, z_0, y_1, ...) from columns in the kernel's layout (`vec.times_components`)."""
     n = len(columns) // 2
     matrix = np.empty((n, 2, n, 2))
     for c in range(2):

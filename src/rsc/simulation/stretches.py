@@ -1,4 +1,4 @@
-"""The stretches of a run: how many there are, what the first begins with, and the kernel's sums turned into facts."""
+"""Stretches of a run: their number, initial values, and the conversion of the kernel's sums to facts."""
 
 import numpy as np
 
@@ -6,30 +6,30 @@ from rsc.kernel import facts as kernel
 from rsc.kernel.contact import pressing
 from rsc.measure.stretches import COLUMNS, EXTENTS
 
-# stretches of a run of any length, and steps of the longest kind that one lasts at least: two periods of the rotor or the shaft
+# largest number of stretches, and least length of one in longest steps: two periods of the rotor or the shaft
 MOST_STRETCHES, LEAST_STEPS = 4096, 8
 
 
 def stretch_length(h_max, duration):
-    """Length of a stretch, s: a run of `duration` s has a whole number of them."""
+    """Length of a stretch in s, an integer fraction of the duration in s."""
     return duration / max(1, min(MOST_STRETCHES, int(duration / (LEAST_STEPS * h_max))))
 
 
 def room_for(model):
-    """Memory for the rows of the finished stretches of a run, (contacts, n, N_ROW + N_WATCHED k) with k clearances."""
+    """Zeros for the rows of finished stretches of a run, (contacts, n, N_ROW + N_WATCHED k) with k clearances."""
     width = kernel.N_ROW + kernel.N_WATCHED * len(model.watched_gaps)
     return np.zeros((len(model.contacts), round(model.corner_time[-1] / model.stretch) + 1, width))
 
 
 def begun(model, x, v, turns=0.0):
-    """The running stretches (contacts (N_STRETCH + N_WATCHED k),) of a run that begins with coordinates x (2n,) and rates v after
-    turns of the shaft."""
+    """Initial running stretches (contacts (N_STRETCH + N_WATCHED k),) of a run that starts with coordinates x (2n,) and rates v
+    after `turns` of the shaft."""
     watched = _watched(model, x)
-    return np.concatenate([part for own in model.contacts for part in (_begun(model, own, x, v, turns), watched)])
+    return np.concatenate([part for data in model.contacts for part in (_begun(model, data, x, v, turns), watched)])
 
 
 def _begun(model, contact, x, v, turns):
-    """What the running stretch begins with at a contact, (N_STRETCH,)."""
+    """Initial values of the running stretch at a contact, (N_STRETCH,)."""
     stretch = np.zeros(kernel.N_STRETCH)
     pairs = (contact.rotor_row * x, contact.rotor_row * v, contact.contact_row * x, contact.contact_row * v)
     r, r_dot, d, d_dot = (values.view(complex).sum() for values in pairs)
@@ -52,32 +52,32 @@ def _begun(model, contact, x, v, turns):
 
 
 def _watched(model, x):
-    """What the running stretch begins with at its clearances, (N_WATCHED k,)."""
+    """Initial values of the running stretch at the clearances, (N_WATCHED k,)."""
     d = np.array([(row * x).view(complex).sum() for row in model.watched_rows], dtype=complex)
     passed = np.where(abs(d) > np.array(model.watched_gaps), 0.0, np.inf)
     return np.column_stack([abs(d) ** 2, passed, d.real, d.real, d.imag, d.imag]).ravel()
 
 
 def running_rows(model, stretch):
-    """The rows (contacts, N_ROW + N_WATCHED k) of the running stretches, as if they had finished."""
+    """Rows (contacts, N_ROW + N_WATCHED k) of the running stretches, as if finished."""
     each = stretch.reshape(len(model.contacts), -1)
     return np.concatenate([each[:, : kernel.N_ROW], each[:, kernel.N_STRETCH :]], axis=1)
 
 
 def facts_of(rows):
-    """Facts (n, contacts (len(COLUMNS) + len(OF_CLEARANCE) k)) of the kernel's rows (contacts, n, N_ROW + N_WATCHED k), those of
-    the contacts side by side."""
-    return np.hstack([_facts_of(own) for own in rows])
+    """Facts (n, contacts (len(COLUMNS) + len(OF_CLEARANCE) k)) from the kernel's rows (contacts, n, N_ROW + N_WATCHED k),
+    contacts side by side."""
+    return np.hstack([_facts_of(of_contact) for of_contact in rows])
 
 
 def _facts_of(rows):
-    """Facts (n, len(COLUMNS) + len(OF_CLEARANCE) k) of the kernel's rows (n, N_ROW + N_WATCHED k), each by itself: after those
-    that every run has those of each clearance."""
+    """Facts (n, len(COLUMNS) + len(OF_CLEARANCE) k) from the kernel's rows (n, N_ROW + N_WATCHED k) of one contact; the columns
+    of each clearance come last."""
     begin, end = rows[:, kernel.BEGIN : kernel.END].T, rows[:, kernel.END : kernel.N_ROW].T
-    # + 0.0: the kernel counts -0.0 as above the axis, arctan2 does not
+    # + 0.0: for the kernel -0.0 is above the axis, for arctan2 it is not
     angle, angle_end = (np.arctan2(marks[kernel.D_Z] + 0.0, marks[kernel.D_Y]) for marks in (begin, end))
     rise = end - begin
-    with np.errstate(over="ignore"):  # a run that diverged
+    with np.errstate(over="ignore"):  # for runs that diverged
         facts = {
             "end": end[kernel.TIME],
             "turns": rows[:, kernel.CROSSINGS] + (angle_end - angle) / (2.0 * np.pi),

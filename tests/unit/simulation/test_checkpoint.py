@@ -1,4 +1,4 @@
-"""A checkpoint that is no state of a run of its scene is refused before the compiled kernel, which believes it, sees it."""
+"""A checkpoint that is not a possible state of a run of its scene is refused before the compiled kernel, which trusts it, gets it."""
 
 import numpy as np
 import pytest
@@ -87,13 +87,13 @@ def test_other_shapes_and_kinds_are_those_of_another_version(checkpoint, change)
 @pytest.mark.parametrize("change", [pytest.param(c, id=name) for name, c in IMPOSSIBLE.items()])
 def test_numbers_that_no_run_has_are_refused(checkpoint, change):
     change(checkpoint)
-    with pytest.raises(SolverError, match="no state of a run of this scene"):
+    with pytest.raises(SolverError, match="not a possible state of a run of this scene"):
         Run.resumed(SCENE, checkpoint)
 
 
 def test_the_checkpoint_of_another_scene_is_refused(checkpoint):
     other = SCENE.with_values({"output.rate": SCENE.output.rate / 2.0})
-    with pytest.raises(SolverError, match="no state of a run of this scene"):
+    with pytest.raises(SolverError, match="not a possible state of a run of this scene"):
         Run.resumed(other, checkpoint)
 
 

@@ -268,7 +268,7 @@ def test_a_rotor_that_stops_ends_its_run(method):
     scene = scene_of(PUMP, method, 1e-6, duration=9.0)
     result = rsc.simulate(scene)
     assert result.status == "stopped" and 4.0 < result.summary.end_time < 4.3
-    assert "the rotor stands at 4.1" in result.summary.advice and "drive.torque" in result.summary.advice
+    assert "the rotor has stopped at 4.1" in result.summary.advice and "drive.torque" in result.summary.advice
     assert abs(result.speed[-1]) < 1e-2 and abs(result.ledger.residual) < 1e-6 * result.ledger.turnover
 
 

@@ -76,10 +76,10 @@ def _refuse_misplaced(definition, names, known):
             continue
         place = f"{definition.name}, line {node.lineno}: {ast.unparse(node)}"
         if not any(node is test for test in tests):
-            raise TypeError(f"{place}: a question must be the entire test of an if")
+            raise TypeError(f"{place}: a question must be the whole test of an if")
         of_parameters = all(isinstance(part, ast.Name) and part.id in names - changed for part in node.args)
         if node.keywords or not of_parameters:
-            raise TypeError(f"{place}: a question takes only parameters that are never reassigned")
+            raise TypeError(f"{place}: a question may only be asked of parameters that are never reassigned")
 
 
 class _Branches(ast.NodeTransformer):

@@ -1,10 +1,13 @@
-"""What matrices of a body must fulfil: symmetry, definiteness, units that fit; that nothing moves freely: rank.py.
+"""Checks of the matrices of a body: symmetry, definiteness, plausible units; for rigid-body motions see rank.py.
 
-Numbers of negative eigenvalues are those of negative pivots (Sylvester's law of inertia). SciPy gives the pivots of a sparse
-factorisation only with a copy of all its factors, which for a casing of 100,000 coordinates is more than a gigabyte. So in large
-matrices negative eigenvalues are looked for by Lanczos's method, in the matrix, whose lowest are then among the first to be seen,
-and in its inverse, which shows those next to zero. What is found is there; one in between may be missed.
+The number of negative eigenvalues equals that of negative pivots (Sylvester's law of inertia). SciPy returns the pivots of a
+sparse factorisation only with a copy of all factors, more than a gigabyte for a casing of 100,000 coordinates. In large matrices
+negative eigenvalues are therefore searched for by Lanczos iteration, with the matrix, which shows its lowest eigenvalues first,
+and with its inverse, which shows those near zero. Those found exist; one in between may be missed.
 """
+
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -12,24 +15,25 @@ import scipy.sparse
 import scipy.sparse.linalg
 
 from rsc.errors import DataError
+from rsc.machine.model.model import Model
 
-SYMMETRIC = 1e-8  # largest difference across the diagonal, of the rows' sizes
-_COUNTED = 20_000  # coordinates of a sparse matrix up to which pivots are counted
-# steps of Lanczos's method, and the negative part of what it finds that rounding can leave, of the largest: for a matrix, and for
+SYMMETRIC = 1e-8  # largest difference across the diagonal, relative to the largest entry
+_COUNTED = 20_000  # coordinates up to which the pivots of a sparse matrix are counted
+# Lanczos steps, and the largest negative eigenvalue due to rounding, relative to the largest one: for a matrix, and for
 # a computed inverse
 _LANCZOS, _LANCZOS_INVERSE = (200, 1e-9), (40, 1e-4)
-_LONGEST, _LENGTHIEST = 3.0, 100.0  # m: an element, and a machine, that are more likely millimetres
+_LONGEST, _LENGTHIEST = 3.0, 100.0  # m: beyond, lengths of an element and of a machine are more likely millimetres
 _SOLID = (1e20, 1e26)  # stiffness^3 / mass of finite elements of metal in N/mm and tonnes; 1e29 and more in SI
-_FREQUENCIES = (1e-2, 1e5)  # Hz, of a body's lowest mode
+_FREQUENCIES = (1e-2, 1e5)  # Hz, plausible range of a body's lowest mode
 
 
-def symmetric(matrix, what, source, sign=1):
-    """The symmetric (sign -1: skew-symmetric) part of a matrix that is that up to rounding.
+def symmetric(matrix: Any, what: str, source: str, sign: int = 1) -> Any:
+    """The symmetric (sign -1: skew-symmetric) part of a matrix that is symmetric up to rounding.
 
     Raises
     ------
     DataError
-        It is not.
+        It is not symmetric.
     """
     difference = 0.5 * (matrix - sign * matrix.T)
     size = np.abs(matrix.data).max(initial=0.0) if scipy.sparse.issparse(matrix) else np.abs(matrix).max()
@@ -41,10 +45,10 @@ def symmetric(matrix, what, source, sign=1):
     return matrix - difference
 
 
-def inertia(matrix):
-    """(number of negative eigenvalues, solver) of a real symmetric matrix without a zero eigenvalue.
+def inertia(matrix: Any) -> tuple[int, Any]:
+    """(number of negative eigenvalues, solver) of a nonsingular real symmetric matrix.
 
-    The solver is a function of a right-hand side; None where there are negative eigenvalues.
+    The solver is a function of the right-hand side; None if there are negative eigenvalues.
     """
     if not scipy.sparse.issparse(matrix):
         try:
@@ -57,7 +61,7 @@ def inertia(matrix):
     except RuntimeError:  # singular
         return 1, None
     if not np.array_equal(sparse_factors.perm_r, sparse_factors.perm_c):
-        return 1, None  # a pivot off the diagonal: there is no positive one on it
+        return 1, None  # an off-diagonal pivot: there was no positive diagonal one
     if matrix.shape[0] > _COUNTED:
         size = np.sqrt(np.abs(matrix.diagonal()))
         inverse = has_negative(lambda x: size * sparse_factors.solve(size * x), len(size), *_LANCZOS_INVERSE)
@@ -65,20 +69,20 @@ def inertia(matrix):
     return int(np.sum(sparse_factors.U.diagonal() < 0.0)), sparse_factors.solve
 
 
-def has_negative(product, size, steps, rounding):
-    """Whether Lanczos's method finds a negative eigenvalue of a symmetric matrix: its projection on a Krylov space has one.
+def has_negative(product: Callable[[Any], Any], size: int, steps: int, rounding: float) -> bool:
+    """Whether Lanczos iteration finds a negative eigenvalue of a symmetric matrix (of its projection on a Krylov space).
 
     Parameters
     ----------
     product : function (n,) -> (n,)
     size, steps : int
-        n, and the most dimensions of that space.
+        n, and the largest dimension of the Krylov space.
     rounding : float
-        Negative part that is none, of the largest eigenvalue found.
+        Negative eigenvalues smaller than this, relative to the largest, count as zero.
     """
     last, vector, beta = np.zeros(size), np.random.default_rng(1).normal(size=size), 0.0
     vector /= np.linalg.norm(vector)
-    diagonal, beside = [], []
+    diagonal, off_diagonal = [], []
     for _ in range(min(steps, size)):
         image = product(vector) - beta * last
         diagonal.append(vector @ image)
@@ -86,20 +90,20 @@ def has_negative(product, size, steps, rounding):
         beta = np.linalg.norm(image)
         if beta <= 1e-12 * max(map(abs, diagonal)):
             break
-        beside.append(beta)
+        off_diagonal.append(beta)
         last, vector = vector, image / beta
-    values = scipy.linalg.eigvalsh_tridiagonal(diagonal, beside[: len(diagonal) - 1])
+    values = scipy.linalg.eigvalsh_tridiagonal(diagonal, off_diagonal[: len(diagonal) - 1])
     return bool(values[0] < -rounding * np.abs(values).max())
 
 
-def _scaled(matrix):
-    """The sparse matrix with a diagonal of ones but for its signs; the inertia is the same."""
+def _scaled(matrix: Any) -> Any:
+    """The sparse matrix scaled to a diagonal of +-1; its inertia is unchanged."""
     scale = scipy.sparse.diags_array(1.0 / np.sqrt(np.abs(matrix.diagonal())))
     return scipy.sparse.csr_array(scale @ matrix @ scale)
 
 
-def factors_of(matrix):
-    """LU factors of a sparse matrix with a symmetric pattern, with pivots on its diagonal, which keeps them sparse.
+def factors_of(matrix: Any) -> Any:
+    """LU factors of a sparse matrix with symmetric pattern, with diagonal pivots, which keeps the factors sparse.
 
     Raises
     ------
@@ -112,8 +116,8 @@ def factors_of(matrix):
     )
 
 
-def semidefinite(matrix, what, source):
-    """Refuse a symmetric matrix with a negative eigenvalue; rows without entries are left aside."""
+def semidefinite(matrix: Any, what: str, source: str) -> None:
+    """DataError for a symmetric matrix with a negative eigenvalue; empty rows are ignored."""
     used = np.flatnonzero(largest_of_rows(matrix))
     if used.size == 0:
         return
@@ -132,8 +136,8 @@ def semidefinite(matrix, what, source):
         raise DataError(source, f"{what} is indefinite: it has negative eigenvalues")
 
 
-def proportional(damping, mass, stiffness):
-    """Whether a damping matrix is a sum of shares, not negative, of mass and stiffness, and so needs no other check."""
+def proportional(damping: Any, mass: Any, stiffness: Any) -> bool:
+    """Whether a damping matrix is alpha M + beta K with nonnegative alpha and beta, and so needs no further check."""
     parts = [abs(matrix).max() for matrix in (damping, mass, stiffness)]
     c, m, k = (scipy.sparse.csc_array(matrix) / part for matrix, part in zip((damping, mass, stiffness), parts, strict=True))
     products = np.array([[(m * m).sum(), (m * k).sum()], [(m * k).sum(), (k * k).sum()]])
@@ -141,26 +145,26 @@ def proportional(damping, mass, stiffness):
     return bool(np.all(shares >= -1e-12) and abs(c - shares[0] * m - shares[1] * k).max() < 1e-9)
 
 
-def largest_of_rows(matrix):
+def largest_of_rows(matrix: Any) -> Any:
     """Largest |entry| of every row, (n,)."""
     largest = abs(matrix).max(axis=1)
     return largest.toarray().ravel() if scipy.sparse.issparse(largest) else largest
 
 
-def plausible(model, frequency):
-    """Refuse a model whose numbers look like millimetres and tonnes, or whose units cannot fit each other.
+def plausible(model: Model, frequency: float) -> None:
+    """DataError for a model that looks like millimetres and tonnes, or whose units are inconsistent.
 
     Parameters
     ----------
     model : rsc.machine.model.model.Model
     frequency : float
-        Its lowest natural frequency, Hz, or infinite where it is not known.
+        Its lowest natural frequency, Hz; infinite if unknown.
     """
     if not _FREQUENCIES[0] <= frequency <= _FREQUENCIES[1] and np.isfinite(frequency):
         raise DataError(
-            model.source, f"its lowest natural frequency is {frequency:.3g} Hz: units of mass and stiffness do not fit"
+            model.source, f"its lowest natural frequency is {frequency:.3g} Hz: units of mass and stiffness are inconsistent"
         )
-    hint = "if they are millimetres, newtons, tonnes and seconds say so (units mm), otherwise confirm SI units (units m)"
+    hint = "if the units are millimetres, newtons, tonnes and seconds state that (units mm), otherwise confirm SI units (units m)"
     stiff, tilts = model.stiffness.diagonal(), model.kind == "tilt"
     nodes = {node: i for i, node in enumerate(model.node.tolist()) if model.kind[i] == "displacement"}
     both = [(stiff[i], stiff[nodes[node]]) for i, node in enumerate(model.node.tolist()) if tilts[i] and node in nodes]

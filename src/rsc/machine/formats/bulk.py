@@ -1,20 +1,21 @@
-"""Entries of Nastran bulk data: their fields, in small (8 columns), wide (NAME*, 16 columns) and free form (commas)."""
+"""Entries of Nastran bulk data in small (8 columns), large (NAME*, 16 columns) and free (comma-separated) field format."""
 
 import re
+from collections.abc import Iterator, Sequence
 
 from rsc.machine.formats.entries import BadMatrix, Lines
 
-EXPONENT = re.compile(rb"([\d.])([+-]\d)")  # one without its letter: 1.5-3
+EXPONENT = re.compile(rb"([\d.])([+-]\d)")  # an exponent without its letter: 1.5-3
 _CONTINUES = (b"+", b"*", b" ", b",")
 
 
-def cards(content, names, most, too_many):
-    """(name, fields) of every entry with one of some names (bytes, capital), those of its continuation lines joined.
+def cards(content: bytes, names: Sequence[bytes], most: int, too_many: str) -> Iterator[tuple[bytes, list[bytes]]]:
+    """(name, fields) of every entry with one of the names (upper case bytes), including its continuation lines.
 
     Raises
     ------
     BadMatrix
-        An entry has more than `most` fields; `too_many` says so.
+        An entry has more than `most` fields; the message is `too_many`.
     """
     name, card = None, []
     for line in Lines(content):
@@ -34,8 +35,8 @@ def cards(content, names, most, too_many):
         yield name, card
 
 
-def fields_of(line):
-    """The eight (or, wide, four) fields of a line behind its first one."""
+def fields_of(line: bytes) -> list[bytes]:
+    """The eight (in large format four) fields of a line after the first one."""
     if b"," in line:
         fields = [field.strip() for field in line.split(b",", 9)[1:9]]
         return fields + [b""] * (8 - len(fields))
@@ -43,21 +44,21 @@ def fields_of(line):
     return [line[8 + width * i : 8 + width * (i + 1)].strip() for i in range(count)]
 
 
-def integer(field):
-    """The whole number of a field; 0 of an empty one."""
+def integer(field: bytes) -> int:
+    """The integer in a field; 0 if it is empty."""
     try:
-        if len(field) <= 16:  # as wide as a field can be; with commas it could be of any length
+        if len(field) <= 16:  # the widest field; comma-separated ones could have any length
             return int(field or b"0")
     except ValueError:
         pass
-    raise BadMatrix(f"'{field[:20].decode('ascii', 'replace')}' stands where a whole number belongs")
+    raise BadMatrix(f"'{field[:20].decode('ascii', 'replace')}' found where an integer is expected")
 
 
-def real(field):
-    """The number of a field; 0 of an empty one."""
+def real(field: bytes) -> float:
+    """The number in a field; 0 if it is empty."""
     try:
         if len(field) <= 24:
             return float(EXPONENT.sub(rb"\1E\2", field.upper().replace(b"D", b"E")) or b"0")
     except ValueError:
         pass
-    raise BadMatrix(f"'{field[:20].decode('ascii', 'replace')}' stands where a number belongs")
+    raise BadMatrix(f"'{field[:20].decode('ascii', 'replace')}' found where a number is expected")

@@ -3,26 +3,27 @@ Users' Guide for the Harwell-Boeing Sparse Matrix Collection, 1992)."""
 
 import itertools
 import re
+from typing import Any
 
 import numpy as np
 
 from rsc.machine.formats.entries import BadMatrix, Lines, check_shape, numbers, sparse, whole
 
 _TYPE = re.compile(rb"([RCIPQ])([SUHZR])([AE])\s", re.IGNORECASE)
-_FIELD = re.compile(rb"(\d*)\s*[IEDFG](\d+)", re.IGNORECASE)  # as in (16I5) or (1P,4D20.12)
-_WIDEST = 120  # characters of the line of formats, which has 72; longer lines would take the square of their length
-_LONGEST, _TOGETHER = 1000, 10_000  # characters of a line of fields, and lines that are taken apart together
+_FIELD = re.compile(rb"(\d*)\s*[IEDFG](\d+)", re.IGNORECASE)  # e.g. (16I5) or (1P,4D20.12)
+_WIDEST = 120  # characters of the format line, which has 72; matching longer lines would take quadratic time
+_LONGEST, _TOGETHER = 1000, 10_000  # characters of a line of fields; lines processed at a time
 _MIRRORS = {b"S": 1, b"Z": -1, b"U": 0, b"R": 0}
 
 
-def recognises(head):
-    """Whether the third line of a text tells the type of a matrix, as these files do."""
+def recognises(head: bytes) -> bool:
+    """Whether the third line of a text has a Harwell-Boeing matrix type."""
     lines = head.splitlines()
     return len(lines) > 3 and _TYPE.match(lines[2]) is not None and b"(" in lines[3]
 
 
-def read(content, stem):
-    """The matrix of the file, sparse, under the name of the file."""
+def read(content: bytes, stem: str) -> dict[str, Any]:
+    """The sparse matrix of the file, under the name of the file."""
     lines = Lines(content)
     header = [lines.next() for _ in range(4)]
     counts = whole(numbers(header[1]), 0, len(content), "a number of lines")
@@ -36,8 +37,8 @@ def read(content, stem):
     check_shape(rows, cols)
     fields = _FIELD.findall(header[3][:_WIDEST])
     if len(fields) < 3:
-        raise BadMatrix("its fourth line names no three formats")
-    lines.text(int(len(counts) == 5 and counts[4] > 0))  # right-hand sides have a line of formats
+        raise BadMatrix("its fourth line does not have three formats")
+    lines.text(int(len(counts) == 5 and counts[4] > 0))  # right-hand sides have another format line
     parts = []
     for field, n_lines, length in zip(fields, counts[1:4], (cols + 1, count, count), strict=False):
         parts.append(_fixed(lines.text(n_lines), field, length))
@@ -50,8 +51,8 @@ def read(content, stem):
     return {stem: sparse(i, j, parts[2], (rows, cols), _MIRRORS[kind[2].upper()])}
 
 
-def _fixed(text, field, length):
-    """`length` numbers from lines of fields, which may touch each other; scipy's fields are narrower than it announces."""
+def _fixed(text: bytes, field: tuple[bytes, bytes], length: int) -> Any:
+    """`length` numbers from lines of fixed-width fields without separators; SciPy writes fields narrower than declared."""
     try:
         values = numbers(text)
     except BadMatrix:
@@ -59,18 +60,18 @@ def _fixed(text, field, length):
     if len(values) != length:
         values = _apart(text, int(field[0] or 1), int(field[1]), length)
     if len(values) != length:
-        raise BadMatrix(f"it has {len(values)} numbers where {length} belong")
+        raise BadMatrix(f"it has {len(values)} numbers where {length} are expected")
     return values
 
 
-def _apart(text, per_line, width, length):
-    """The numbers of a text of so many fields of one width on every line."""
+def _apart(text: bytes, per_line: int, width: int, length: int) -> Any:
+    """Numbers of a text with `per_line` fields of equal width on every line."""
     if not (0 < width <= 80 and 0 < per_line * width <= _LONGEST) or len(text) < length:
-        raise BadMatrix("it is too short, or its formats fit no line")
+        raise BadMatrix("it is too short, or its formats do not fit its lines")
     lines, parts, count = iter(Lines(text)), [np.zeros(0)], 0
     while count < length and (some := list(itertools.islice(lines, _TOGETHER))):
         cells = b"".join(line[: per_line * width].ljust(per_line * width) for line in some)
-        fields = np.full((len(some) * per_line, width + 1), ord(" "), np.uint8)  # a space behind every field
+        fields = np.full((len(some) * per_line, width + 1), ord(" "), np.uint8)  # a space after every field
         fields[:, :width] = np.frombuffer(cells, np.uint8).reshape(-1, width)
         parts.append(numbers(fields.tobytes()))
         count += len(parts[-1])

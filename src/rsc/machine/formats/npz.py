@@ -1,8 +1,10 @@
-"""NumPy's .npz and .npy: arrays, and sparse matrices as scipy.sparse.save_npz writes them; nothing is ever unpickled."""
+"""NumPy's .npz and .npy: arrays, and sparse matrices from scipy.sparse.save_npz; nothing is ever unpickled."""
 
 import io
 import math
 import zipfile
+from collections.abc import Collection, Iterator
+from typing import Any
 
 import numpy as np
 import scipy.sparse
@@ -12,11 +14,11 @@ from rsc.files.memory import Memory, TooLarge
 from rsc.machine.formats.entries import MOST_BYTES, BadMatrix, check_shape
 
 MAGIC_ZIP, MAGIC_ARRAY = b"PK\x03\x04", b"\x93NUMPY"
-_MOST_MEMBERS, _MEMBER = 200, b"PK\x01\x02"  # and how each of them begins in the archive's directory
+_MOST_MEMBERS, _MEMBER = 200, b"PK\x01\x02"  # and the signature of each in the archive's directory
 
 
-def read(content, stem, most=MOST_BYTES):
-    """Matrices of the archive; a sparse one, which has no name in it, under the name of the file. `most`: bytes of all arrays."""
+def read(content: bytes, stem: str, most: int = MOST_BYTES) -> dict[str, Any]:
+    """Matrices of an archive; a sparse one, which is unnamed, under the name of the file. `most`: limit of bytes in total."""
     memory = Memory(most)
     if content.startswith(MAGIC_ARRAY):
         array = array_of(content, memory, stem)
@@ -25,23 +27,23 @@ def read(content, stem, most=MOST_BYTES):
         arrays = arrays_of(content, memory)
     except (BadMatrix, TooLarge):
         raise
-    except Exception as error:  # zipfile raises nearly anything for a damaged archive
+    except Exception as error:  # zipfile may raise almost anything for a damaged archive
         raise BadMatrix(f"damaged archive: {type(error).__name__}") from None
     if "format" in arrays:
         return {stem: _sparse(arrays)}
     return {name: array for name, array in arrays.items() if array is not None and array.ndim == 2}
 
 
-def arrays_of(content, memory, wanted=None):
-    """Arrays of numbers in the bytes of an archive, by name; None in the place of those with other entries.
+def arrays_of(content: bytes, memory: Memory, wanted: Collection[str] | None = None) -> dict[str, Any]:
+    """Numeric arrays in the bytes of an archive, by name; None for arrays of another type.
 
     Parameters
     ----------
     content : bytes
     memory : Memory
-        Where they are counted before they are read: a small archive can unpack to anything.
+        Checked before reading: a small archive can unpack to any size.
     wanted : collection of str, optional
-        Names of those that are read; by default all.
+        Names of the arrays to read; by default all.
     """
     return {
         name: _array(file, size, "SU" if name == "format" else "fiu", memory, name)
@@ -50,25 +52,25 @@ def arrays_of(content, memory, wanted=None):
     }
 
 
-def array_of(content, memory, name):
-    """The array of the bytes of a .npy file, None where it holds no numbers; its name is for messages."""
+def array_of(content: bytes, memory: Memory, name: str) -> Any:
+    """The array in the bytes of a .npy file; None if it is not numeric. name: for messages."""
     return _array(io.BytesIO(content), len(content), "fiu", memory, name)
 
 
-def shapes_of(content):
-    """Name -> shape of each array in the bytes of an archive, None of one that holds no numbers; no array is read."""
+def shapes_of(content: bytes) -> dict[str, Any]:
+    """Name -> shape of each array in the bytes of an archive, None if it is not numeric; only headers are read."""
     return {name: (head and head[0]) for name, file, _ in _members(content) for head in [_head(file, "fiu")]}
 
 
-def shape_of(content):
-    """Shape of the array in the bytes of a .npy file, None where it holds no numbers."""
+def shape_of(content: bytes) -> Any:
+    """Shape of the array in the bytes of a .npy file, None if it is not numeric."""
     head = _head(io.BytesIO(content), "fiu")
     return head and head[0]
 
 
-def _members(content):
-    """(name, open file, bytes that the archive announces) of each array."""
-    if content.count(_MEMBER) > 2 * _MOST_MEMBERS:  # before a list of them is made, of ten times their bytes
+def _members(content: bytes) -> Iterator[tuple[str, Any, int]]:
+    """(name, open file, size declared by the archive) of each array."""
+    if content.count(_MEMBER) > 2 * _MOST_MEMBERS:  # before listing them, which takes ten times their bytes
         raise BadMatrix("it has too many members")
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         members = [member for member in archive.infolist() if member.filename.endswith(".npy")]
@@ -79,23 +81,23 @@ def _members(content):
                 yield member.filename[:-4], file, member.file_size
 
 
-def _head(file, kinds):
-    """(shape, whether in the order of Fortran, type) from the header of a .npy file; None for other kinds of entries."""
+def _head(file: Any, kinds: str) -> tuple[Any, bool, Any] | None:
+    """(shape, whether in Fortran order, dtype) from the header of a .npy file; None if the dtype is not of these kinds."""
     try:
         version = np.lib.format.read_magic(file)
         header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
         shape, fortran, dtype = header(file, max_header_size=2000)
     except OSError:
         raise
-    except Exception:  # NumPy raises nearly anything for a damaged one
-        raise BadMatrix("an array has no header that can be read") from None
+    except Exception:  # NumPy may raise almost anything for a damaged one
+        raise BadMatrix("an array has no readable header") from None
     if any(type(length) is not int for length in shape):
-        raise BadMatrix("an array has no header that can be read")
+        raise BadMatrix("an array has no readable header")
     return None if dtype.hasobject or dtype.kind not in kinds else (shape, fortran, dtype)
 
 
-def _array(file, size, kinds, memory, name):
-    """The array of a .npy file of so many bytes after a look at its header; None for what holds another kind of entries."""
+def _array(file: Any, size: int, kinds: str, memory: Memory, name: str) -> Any:
+    """The array of a .npy file of `size` bytes, after checking its header; None if its dtype is not of these kinds."""
     head = _head(file, kinds)
     if head is None:
         return None
@@ -103,7 +105,7 @@ def _array(file, size, kinds, memory, name):
     wanted = math.prod(shape) * dtype.itemsize
     if min(shape, default=0) < 0 or wanted > size:
         announced = f"an array of shape {shape} takes {wanted} bytes" if len(shape) <= 4 else "an array has many axes"
-        raise BadMatrix(f"{announced} and the file has {size} for it")
+        raise BadMatrix(f"{announced} but the file has {size} for it")
     memory.take(one_line(name)[:40], math.prod(shape), dtype.itemsize)
     values = file.read(wanted)
     if len(values) != wanted:
@@ -111,7 +113,7 @@ def _array(file, size, kinds, memory, name):
     return np.frombuffer(values, dtype).reshape(shape, order="F" if fortran else "C")
 
 
-def _sparse(arrays):
+def _sparse(arrays: dict[str, Any]) -> Any:
     try:
         kind = str(arrays["format"].astype(str).item())
         shape = tuple(int(n) for n in arrays["shape"])
@@ -126,6 +128,6 @@ def _sparse(arrays):
     except BadMatrix:
         raise
     except (KeyError, ValueError, TypeError, AttributeError, IndexError):
-        raise BadMatrix("its sparse matrix contradicts itself, or is none of csc, csr, bsr and coo") from None
+        raise BadMatrix("its sparse matrix is inconsistent, or not of format csc, csr, bsr or coo") from None
     matrix.sum_duplicates()
     return matrix

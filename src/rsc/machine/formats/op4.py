@@ -1,13 +1,15 @@
-"""Nastran OUTPUT4 files written as text (FORMATTED): dense columns, and sparse ones as strings, plain and BIGMAT.
+"""Nastran OUTPUT4 files written as text (FORMATTED): dense columns, and sparse ones as strings, with or without BIGMAT.
 
-MSC Nastran DMAP Programmer's Guide, OUTPUT4: a header of columns, rows (negative: BIGMAT), form, type and name in fields of 8 and
-the format of the numbers; then for each column that is not empty a line (column, first row or 0, words) and its numbers. The
-sparse forms have 0 as the first row and then strings: L + 1 and the row on a line (BIGMAT), or row + 65536 (L + 1), where a
-double takes L = 2 words; then the numbers of the string. A column behind the last one ends the matrix.
+MSC Nastran DMAP Programmer's Guide, OUTPUT4: a header of columns, rows (negative: BIGMAT), form, type and name in fields of 8,
+and the number format; then for each nonempty column a line (column, first row or 0, words) and its numbers. Sparse columns have
+0 as the first row, followed by strings: L + 1 and the row on a line (BIGMAT), or row + 65536 (L + 1), where a double takes L = 2
+words; then the numbers of the string. A column number beyond the last ends the matrix.
 """
 
 import re
 from array import array
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -16,24 +18,24 @@ from rsc.machine.formats.entries import MOST_BYTES, MOST_NUMBERS, BadMatrix, Bud
 _HEADER = re.compile(rb" *\d+ *-?\d+ +\d+ +[1-4][A-Z][\w ]{0,7}((1P,)?\d*[ED]\d+\.\d+)?(\|I16)? *\r?$", re.IGNORECASE)
 _FORMAT = re.compile(rb"(?:1P,)?(\d*)[ED](\d+)\.\d+", re.IGNORECASE)
 _SYMMETRIC = 6  # form
-_WIDEST = 120  # characters of a header: what is longer would take the square of its length
-_TOGETHER = 10_000  # lines of numbers that are taken apart together
+_WIDEST = 120  # characters of a header: matching longer lines would take quadratic time
+_TOGETHER = 10_000  # lines of numbers processed at a time
 
 
-def recognises(head):
-    """Whether a text begins with the header of a matrix."""
+def recognises(head: bytes) -> bool:
+    """Whether a text starts with the header of a matrix."""
     return _HEADER.match(head.split(b"\n", 1)[0][:_WIDEST]) is not None
 
 
-def recognises_binary(head):
-    """Whether a file begins as OUTPUT4 in binary form: a Fortran record of six whole numbers of 4 or 8 bytes."""
+def recognises_binary(head: bytes) -> bool:
+    """Whether a file starts like binary OUTPUT4: with a Fortran record of six 4- or 8-byte integers."""
     marks = {head[:4], head[28:32]}, {head[:4], head[52:56]}
     pairs = zip(marks, (24, 48), strict=True)
     return any(mark == {length.to_bytes(4, order)} for mark, length in pairs for order in ("little", "big"))
 
 
-def read(content, most=MOST_BYTES):
-    """All real matrices of the file, name -> scipy.sparse.csc_array; `most`: bytes of all."""
+def read(content: bytes, most: int = MOST_BYTES) -> dict[str, Any]:
+    """All real matrices of the file, name -> scipy.sparse.csc_array; `most`: limit of bytes in total."""
     lines, matrices = Lines(content), Budgeted(most)
     for line in lines:
         if not line.strip():
@@ -44,22 +46,22 @@ def read(content, most=MOST_BYTES):
     return matrices
 
 
-def _integers(text, count, width=8):
-    """`count` integers from fields of one width."""
+def _integers(text: bytes, count: int, width: int = 8) -> list[int]:
+    """`count` integers from fields of equal width."""
     values = [text[i : i + width] for i in range(0, count * width, width)]
     try:
         return [int(value) for value in values]
     except ValueError:
-        raise BadMatrix(f"the line '{text[:60].decode('ascii', 'replace').strip()}' is no header of a column or string") from None
+        raise BadMatrix(f"the line '{text[:60].decode('ascii', 'replace').strip()}' is not a column or string header") from None
 
 
 class _Numbers:
-    """The numbers of one matrix, which stand in fields that may touch each other, so many on a line."""
+    """The numbers of one matrix, in fixed-width fields without separators, `per_line` on a line."""
 
-    def __init__(self, lines, per_line, width):
+    def __init__(self, lines: Lines, per_line: int, width: int) -> None:
         self._lines, self._per_line, self._width = lines, per_line, width
 
-    def next(self, count):
+    def next(self, count: int) -> Any:
         """The next `count` numbers."""
         parts = [np.zeros(0)]
         for begin in range(0, count, _TOGETHER * self._per_line):
@@ -73,28 +75,28 @@ class _Numbers:
 
 
 class _Runs:
-    """Entries of a matrix as runs down its columns, in arrays that grow: a matrix may have millions of short ones."""
+    """Entries of a matrix as runs down its columns, in growing arrays, since a matrix may have millions of short runs."""
 
-    def __init__(self):
+    def __init__(self) -> None:
         self._places, self._values = array("q"), array("d")
 
-    def add(self, row, column, values):
-        """Values of a column from a row on, both counted from 1."""
+    def add(self, row: int, column: int, values: Any) -> None:
+        """Add consecutive values of a column from a row on, both one-based."""
         self._places.extend((row - 1, column - 1, len(values)))
         self._values.frombytes(values.tobytes())
         if len(self._values) > MOST_NUMBERS:
             raise BadMatrix(f"it has more than {MOST_NUMBERS} numbers; write such matrices as .npz or MAT-file")
 
-    def entries(self):
-        """(rows, columns, values)."""
+    def entries(self) -> tuple[Any, Any, Any]:
+        """(rows, columns, values), zero-based."""
         first, columns, lengths = np.array(self._places).reshape(-1, 3).T
         before = np.cumsum(lengths) - lengths
         rows = np.arange(len(self._values)) - np.repeat(before - first, lengths)
         return rows, np.repeat(columns, lengths), np.array(self._values)
 
 
-def _matrix(header, lines):
-    """(name, matrix) of a header and the lines behind it; None for the matrix where it is complex."""
+def _matrix(header: bytes, lines: Lines) -> tuple[str, Any]:
+    """(name, matrix) from a header and the following lines; the matrix is None if complex."""
     header = header.rstrip()
     width = 16 if header.endswith(b"|I16") else 8
     sizes = _integers(header, 2, width)
@@ -105,7 +107,7 @@ def _matrix(header, lines):
     check_shape(rows, columns)
     per_line, digits = (int(layout[1] or 1), int(layout[2])) if layout else (5, 16)
     if kind not in (1, 2, 3, 4) or not 0 < per_line * digits <= 400:
-        raise BadMatrix(f"the matrix {name} has an unknown type, or its format fits no line")
+        raise BadMatrix(f"the matrix {name} has an unknown type, or its format does not fit a line")
     fields, runs = _Numbers(lines, per_line, digits), _Runs()
     while True:
         column, first, words = _integers(lines.next(), 3, width)
@@ -126,10 +128,10 @@ def _matrix(header, lines):
     return name, sparse(i, j, values, (rows, columns), int(half))
 
 
-def _strings(lines, fields, words, form):
+def _strings(lines: Lines, fields: _Numbers, words: int, form: tuple[int, bool, int]) -> Iterator[tuple[int, Any]]:
     """(row, values) of the strings of a sparse column.
 
-    form : (words that a number takes: 1 or, double, 2; whether it is BIGMAT; width of whole numbers)
+    form : (words per number: 1, or 2 if double; whether BIGMAT; width of integers)
     """
     per_number, big, width = form
     while words > 0:

@@ -1,4 +1,4 @@
-"""From a `Model` and where it touches, is unbalanced and loaded, to the `Body` that is reduced."""
+"""Builds the `Body` to be reduced from a `Model` and its contacts, unbalances and loads."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,13 +15,13 @@ from rsc.units import eccentricity_of_grade
 
 
 class Against(NamedTuple):
-    """Two places of one body that touch each other, each as a Place."""
+    """Two places of one body that may touch each other, each given as a Place."""
 
     node: int | str | Sequence[int | str | float]
     against: int | str | Sequence[int | str | float]
 
 
-# a node by number or name, or [node, node, share of the way], or two that touch each other
+# a node by number or name, or [node, node, fraction of the distance], or two places that may touch
 Place = int | str | Sequence[int | str | float] | Against
 
 
@@ -35,7 +35,7 @@ class Unbalance:
 
 
 def row_at(model: Model, place: Place) -> NDArray[np.float64]:
-    """Row (n,) of the displacement at a node, or between two; of two that touch, of the first less the second.
+    """Row (n,) of the displacement at a node or between two nodes; for an `Against` that of the first minus the second place.
 
     Raises
     ------
@@ -45,12 +45,12 @@ def row_at(model: Model, place: Place) -> NDArray[np.float64]:
     if isinstance(place, Against):
         row = row_at(model, place.node) - row_at(model, place.against)
         if not row.any():
-            raise DataError(model.source, "a node does not touch itself")
+            raise DataError(model.source, "a node cannot touch itself")
         return row
     if isinstance(place, (int, str)):
         return model.row_at(place)
     if len(place) != 3:
-        raise DataError(model.source, "a place between two nodes is [node, node, share of the way]")
+        raise DataError(model.source, "a place between two nodes is [node, node, fraction of the distance]")
     first, second, share = place
     return model.row_between(first, second, float(share))  # type: ignore[arg-type]
 
@@ -62,36 +62,38 @@ def total_mass(model: Model) -> float:
 
 
 def amounts_of(model: Model, unbalances: Sequence[Unbalance], speed: float) -> list[float]:
-    """Unbalances m e in kg m. A grade is e Omega in mm/s at the speed (Hz) for the mass of the whole rotor; in two planes it is
-    shared as ISO 21940-11 does, in inverse proportion to their distances from the centre of mass between them.
+    """Unbalances m e in kg m.
+
+    A balance grade means e Omega in mm/s at the speed (Hz) for the mass of the whole rotor; in two planes it is divided as in ISO
+    21940-11, in inverse proportion to their distances from the centre of mass between them.
 
     Raises
     ------
     ValueError
-        A text that is no grade, a grade without a speed, or grades that cannot be shared.
+        A text that is not a grade, a grade without a speed, or grades that cannot be divided.
     """
     graded = [item for item in unbalances if isinstance(item.amount, str)]
     if not graded:
         return [float(item.amount) for item in unbalances]
     eccentricity = eccentricity_of_grade(str(graded[0].amount), speed)
     if eccentricity is None:
-        raise ValueError("an amount in kg m, or a grade such as \"G 6.3\" of a rotor that turns")
+        raise ValueError("an amount in kg m, or for a rotor that turns a grade such as \"G 6.3\"")
     whole = total_mass(model) * eccentricity
     shares = iter(_shares(model, graded, whole))
     return [next(shares) * whole if isinstance(item.amount, str) else float(item.amount) for item in unbalances]
 
 
 def _shares(model: Model, graded: Sequence[Unbalance], whole: float) -> list[float]:
-    """Shares of the unbalance in kg m that a grade allows the whole rotor, in one plane or two."""
+    """Fractions of the permissible unbalance of the whole rotor (`whole`, kg m) in one or two planes."""
     if len(graded) == 1:
         return [1.0]
-    instead = f"amounts in kg m instead of grades: the whole rotor has {whole:.4g} kg m"
+    instead = f"amounts in kg m instead of grades: for the whole rotor it is {whole:.4g} kg m"
     if len(graded) > 2 or graded[0].amount != graded[1].amount:
         raise ValueError(f"one grade in at most two planes, or {instead}")
     try:
         arms = np.array([model.position[model.node_of(item.node)] for item in graded]) - _centre_of_mass(model)
     except KeyError:
-        raise ValueError(f"{instead}; without positions of the nodes it cannot be shared") from None
+        raise ValueError(f"{instead}; without node positions it cannot be divided") from None
     if not arms[0] * arms[1] < 0.0:
         raise ValueError(f"on both sides of the centre of mass, or {instead}")
     first, second = np.abs(arms).tolist()
@@ -99,7 +101,7 @@ def _shares(model: Model, graded: Sequence[Unbalance], whole: float) -> list[flo
 
 
 def _centre_of_mass(model: Model) -> float:
-    """Position in m of the centre of mass; KeyError where a node has no position."""
+    """Position in m of the centre of mass; KeyError if a node has no position."""
     pushed = model.mass @ (model.kind == DISPLACEMENT).astype(float)
     turned = [float(kind == TILT) if kind != DISPLACEMENT else model.position[node]
               for kind, node in zip(model.kind.tolist(), model.node.tolist(), strict=True)]  # fmt: skip
@@ -115,24 +117,22 @@ def body_of(
     observers: Sequence[Place] = (),
     speed: float = 0.0,
 ) -> Body:
-    """The body of a model.
+    """The Body of a model. Terms that act on the conjugate are not included.
 
     Parameters
     ----------
     model : Model
-    contacts : sequence of Place, one at least
+    contacts : sequence of Place, at least one
     unbalances : sequence of Unbalance
     loads : sequence of (node, force in N)
     gravity : float, m/s^2, along -z: every mass gets its weight, -i gravity M 1 on the displacements
     observers : sequence of Place
-    speed : float, Hz, to which balance grades belong
-
-    What acts on the conjugate is no part of it.
+    speed : float, Hz, for balance grades
 
     Raises
     ------
     DataError, ValueError
-        A place that the model does not have; an unbalance that is none.
+        A place that does not exist in the model; an invalid unbalance.
     """
     rows = np.array([row_at(model, place) for place in contacts])
     vector = np.zeros(model.n, dtype=complex)

@@ -1,8 +1,9 @@
-"""Machines whose coefficients follow the rotor speed: one model of those that a program gives at several speeds."""
+"""Speed-dependent coefficients: combines models given at several rotor speeds into one."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -11,31 +12,31 @@ from rsc.machine.model.model import Model
 from rsc.system.knots import FOLLOWING, Knots
 
 MOST_KNOTS = 100
-_SAME = 1e-9  # of a matrix against its largest entry: what does not follow the speed
+_SAME = 1e-9  # relative to the largest entry: smaller changes of a matrix count as constant
 _CONSTANT = {"mass": "mass", "gyroscopic": "gyroscopic", "anisotropic_mass": "mass", "rotating_damping": "rotating damping"}
 
 
 def over_speed(models: Sequence[Model]) -> Model:
-    """The model whose coefficients are those of the models at their speeds, and linear in between: that of the first with knots.
+    """The first model with knots: coefficients equal those of the models at their speeds and are linear in between.
 
     Raises
     ------
     DataError
-        Fewer than two, speeds that do not rise, other coordinates, or masses or gyroscopics that change.
+        Fewer than two models, speeds that do not increase, different coordinates, or masses or gyroscopics that change.
     """
     first, source = models[0], models[0].source
     speeds = [model.speed for model in models if model.speed is not None]
     if not 2 <= len(models) == len(speeds) <= MOST_KNOTS:
-        raise DataError(source, f"coefficients that follow the speed need 2 to {MOST_KNOTS} speeds, one for each model")
+        raise DataError(source, f"speed-dependent coefficients need 2 to {MOST_KNOTS} speeds, one per model")
     for slower, faster in pairwise(speeds):
         if not faster > slower:
-            raise DataError(source, f"rotor speed {faster:g} Hz must be more than {slower:g} Hz, the one before")
+            raise DataError(source, f"rotor speed {faster:g} Hz must be above the previous one, {slower:g} Hz")
     for model in models[1:]:
         if not (np.array_equal(model.node, first.node) and np.array_equal(model.kind, first.kind)):
-            raise DataError(source, f"its coordinates are not those of {model.source}")
+            raise DataError(source, f"its coordinates differ from those of {model.source}")
         for name, word in _CONSTANT.items():
             if not _same(getattr(first, name), getattr(model, name)):
-                raise DataError(source, f"the {word} is another one at {model.speed:g} Hz: it may not follow the rotor speed")
+                raise DataError(source, f"the {word} differs at {model.speed:g} Hz: it must not depend on the rotor speed")
     parts = {}
     for name in FOLLOWING:
         matrices = [getattr(model, name) for model in models]
@@ -47,8 +48,8 @@ def over_speed(models: Sequence[Model]) -> Model:
     return replace(first, knots=Knots(2.0 * np.pi * np.array(speeds), parts), speed=None)
 
 
-def _same(one, other, share=_SAME):
-    """Whether two matrices, or none, are the same to a share of the largest entry."""
+def _same(one: Any, other: Any, share: float = _SAME) -> bool:
+    """Whether two matrices (None: zero) are equal up to a fraction of the largest entry."""
     if one is None or other is None:
         return one is other or not abs(other if one is None else one).max()
     return abs(one - other).max() <= share * abs(one).max()
