@@ -1,4 +1,4 @@
-"""Bearings and seals that a scene puts at nodes of a model: springs and dashpots from there to the ground."""
+"""Bearings and seals that a scene adds at nodes of a model: springs and dashpots to ground."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -29,14 +29,14 @@ class Bearing:
 def with_bearings(model: Model, bearings: Sequence[Bearing]) -> Model:
     """The model with bearings added.
 
-    Of u = x + i y their force is -(mean + i skew) u - anisotropic conj(u) with
+    With u = x + i y their force is -(mean + i skew) u - anisotropic conj(u) with
 
         mean = (k_xx + k_yy) / 2,   skew = (k_yx - k_xy) / 2,   anisotropic = (k_xx - k_yy + i (k_xy + k_yx)) / 2.
 
     Raises
     ------
     DataError
-        No such node, or a model that moves freely or is indefinite with them.
+        No such node, or rigid-body motions or an indefinite stiffness remain.
     """
     fields: dict[str, Any] = {}
     for bearing in bearings:
@@ -56,7 +56,7 @@ def with_bearings(model: Model, bearings: Sequence[Bearing]) -> Model:
     if not bearings and not model.free:
         return model
     model = replace(model, **fields)
-    for speed in () if model.knots is None else model.knots.speed[1:]:  # at the first knot it is the model itself
+    for speed in () if model.knots is None else model.knots.speed[1:]:  # the first knot is the model itself
         held(model.mass, model.at_speed(speed / (2.0 * np.pi)).stiffness, model.source, _MISSING, model.rounding)
     held(model.mass, model.stiffness, model.source, _MISSING, model.rounding)
     return replace(model, free=False)

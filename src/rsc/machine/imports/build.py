@@ -1,7 +1,8 @@
-"""From real matrices and their coordinate table to a `Model`, with every refusal that the matrices can earn."""
+"""Builds a `Model` from real matrices and their coordinate table, with all checks of the matrices."""
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import scipy.sparse
@@ -16,7 +17,7 @@ from rsc.machine.imports.coordinates import Coordinates
 from rsc.machine.model.model import TILT, Model
 
 _MOST_DENSE = 3000  # coordinates; larger matrices become sparse
-_FIXED = 1e30  # N/m: what Abaqus puts on the diagonal of a coordinate that is held
+_FIXED = 1e30  # N/m: diagonal entry that Abaqus gives a constrained coordinate
 _UNITS, _FEET = ("m", "mm"), "fix its feet"
 _BEARINGS = "bearings are missing (rsc import --bearings adds them)"
 WORDS = {
@@ -41,25 +42,25 @@ def rotor_model(
     Parameters
     ----------
     matrices : mapping
-        "mass", "stiffness" and, where there are any, "damping" and "gyroscopic": (n, n), of M q'' + (C + Omega G) q' + K q = f;
-        "rotating_damping", of what turns with the rotor.
+        "mass", "stiffness" and optionally "damping" and "gyroscopic": (n, n), of M q'' + (C + Omega G) q' + K q = f; optionally
+        "rotating_damping".
     coordinates : Coordinates
         One for each row.
     source : str
         Name for messages.
     units : str, optional
-        "m" for SI, "mm" for mm, N, t and s; None: SI, and refused where it looks like the latter.
+        "m" for SI, "mm" for mm, N, t and s; None: SI, refused if the numbers look like mm.
     speed : float, optional
-        Rotor speed at which coefficients of bearings and seals were taken, Hz.
+        Rotor speed at which coefficients of bearings and seals were evaluated, Hz.
     free : bool
-        Whether it may move freely, because the scene adds bearings.
+        Whether rigid-body motions are allowed, because the scene adds bearings.
 
     Raises
     ------
     DataError
-        Sizes that do not fit, a direction without its partner, other directions that are coupled, parts that are not symmetric or
-        indefinite, cross-coupling in the mass, gyroscopics that depend on the direction or turn against x to y, a free motion,
-        units that cannot be.
+        Inconsistent sizes, a direction without its partner, coupling with other directions, asymmetric or indefinite parts,
+        cross-coupling in the mass, gyroscopics that depend on the direction or have the wrong sign, a rigid-body motion,
+        implausible units.
     """
     rounding = rounding_of(matrices["stiffness"]) if "stiffness" in matrices else 0.0
     matrices, coordinates, notes = prepared(matrices, coordinates, source, units)
@@ -68,7 +69,7 @@ def rotor_model(
     model = _folded(matrices, places, coordinates, source)
     notes += _left_out(places)
     if not model.gyroscopic.diagonal().any():
-        notes += ("there is no gyroscopic matrix, so that nothing depends on the rotor speed.",)
+        notes += ("there is no gyroscopic matrix, so nothing depends on the rotor speed.",)
     model = replace(model, speed=speed, notes=notes, rounding=rounding)
     semidefinite(model.mass, WORDS["mass"], source)
     if model.rotating_damping is not None:
@@ -91,21 +92,22 @@ def stator_model(
     band: float,
     units: str | None = None,
 ) -> Model:
-    """Model of a stator: complex coordinates where x and y are coupled to nothing else, otherwise one direction (casing.py).
+    """Model of a stator: complex coordinates if x and y are not coupled with other directions, else a single direction
+    (casing.py).
 
     Parameters
     ----------
     matrices, coordinates, source, units
-        As of `rotor_model`, without gyroscopics.
+        As for `rotor_model`, without gyroscopics.
     contact : int or str
         Node of the contact, by number or name.
     band : float
-        Highest frequency in Hz at which the contact may move; up to it both directions are compared.
+        Frequency in Hz up to which both directions are compared at the contact.
 
     Raises
     ------
     DataError
-        As of `rotor_model`; cross-coupling; a casing whose directions differ at the contact.
+        As for `rotor_model`; cross-coupling; a casing whose directions differ at the contact.
     """
     for name, word in (("gyroscopic", "gyroscopic matrix"), ("rotating_damping", "rotating damping")):
         if name in matrices:
@@ -120,12 +122,12 @@ def stator_model(
     if places is not None and not _coupled(matrices, places):
         model = replace(_folded(matrices, places, coordinates, source), notes=notes + _left_out(places))
         if model.skew_stiffness is not None or model.skew_damping is not None:
-            raise DataError(source, "cross-coupling between x and y, which no body at rest has in its stiffness or damping")
+            raise DataError(source, "x and y are cross-coupled in stiffness or damping, which is impossible for a body at rest")
         frequency, _ = held(model.mass, model.stiffness, source, _FEET, rounding)
     else:
         frequency, solve = held(matrices["mass"], matrices["stiffness"], source, _FEET, rounding)
         model = one_direction(matrices, coordinates, source, (contact, band), solve)
-        del solve  # the factors are what takes memory
+        del solve  # frees the factors, which take the most memory
         model = replace(model, notes=notes + model.notes)
     semidefinite(model.mass, WORDS["mass"], source)
     if abs(model.damping).max() > 0.0 and not proportional(model.damping, model.mass, model.stiffness):
@@ -136,8 +138,8 @@ def stator_model(
     return model
 
 
-def prepared(matrices, coordinates, source, units):
-    """(matrices, coordinates, notes) of one kind (sparse or dense), in SI units, without rows that are held or empty."""
+def prepared(matrices: Any, coordinates: Coordinates, source: str, units: str | None) -> tuple[Any, Coordinates, tuple[str, ...]]:
+    """(matrices, coordinates, notes): all sparse or all dense, in SI units, without constrained or empty rows."""
     missing = {"mass", "stiffness"} - set(matrices)
     if missing:
         raise DataError(source, f"{WORDS[min(missing)]} is missing")
@@ -146,7 +148,7 @@ def prepared(matrices, coordinates, source, units):
     size = len(coordinates)
     for name, matrix in matrices.items():
         if matrix.ndim != 2 or matrix.shape != (size, size):
-            raise DataError(source, f"{WORDS[name]} has the size {'x'.join(map(str, matrix.shape))} and the table {size} rows")
+            raise DataError(source, f"{WORDS[name]} has size {'x'.join(map(str, matrix.shape))} but the table has {size} rows")
     sparse = size > _MOST_DENSE or any(scipy.sparse.issparse(matrix) for matrix in matrices.values())
     matrices = {name: scipy.sparse.csc_array(matrix) if sparse else np.asarray(matrix) for name, matrix in matrices.items()}
     if units == "mm":
@@ -155,13 +157,13 @@ def prepared(matrices, coordinates, source, units):
     matrices, coordinates, notes = _without_held(matrices, coordinates)
     for name, matrix in matrices.items():
         largest = abs(matrix).max() if min(matrix.shape) else 0.0
-        if largest >= _FIXED:  # its squares would leave the range of numbers
-            raise DataError(source, f"{WORDS[name]} has an entry of {largest:.3g}, which no machine has")
+        if largest >= _FIXED:  # its squares would overflow
+            raise DataError(source, f"{WORDS[name]} has an entry of {largest:.3g}, which is impossible in a machine")
     return matrices, coordinates, notes
 
 
-def _without_held(matrices, coordinates):
-    """Rows that are held (1e30 on the diagonal of the stiffness) or empty in every matrix are taken out."""
+def _without_held(matrices: Any, coordinates: Coordinates) -> tuple[Any, Coordinates, tuple[str, ...]]:
+    """Remove rows that are constrained (1e30 on the diagonal of the stiffness) or empty in every matrix."""
     held_rows = np.abs(matrices["stiffness"].diagonal()) >= _FIXED
     used = np.zeros(len(coordinates), bool)
     for matrix in matrices.values():
@@ -169,39 +171,39 @@ def _without_held(matrices, coordinates):
     rows = np.flatnonzero(used & ~held_rows)
     if rows.size == len(coordinates):
         return matrices, coordinates, ()
-    note = f"{len(coordinates) - rows.size} coordinates are left out: they are held, or have neither mass nor stiffness."
+    note = f"{len(coordinates) - rows.size} coordinates are left out: they are constrained, or have neither mass nor stiffness."
     return {name: matrix[rows][:, rows] for name, matrix in matrices.items()}, coordinates.taken(rows), (note,)
 
 
-def _coupled(matrices, places: Pairs):
-    """Name of the first matrix that couples x, y, rx, ry with other directions; None where none does."""
+def _coupled(matrices: Any, places: Pairs) -> str | None:
+    """Name of the first matrix that couples x, y, rx, ry with other directions; None if none does."""
     return next((name for name, matrix in matrices.items() if coupling(matrix, places) > DECOUPLED), None)
 
 
-def _refuse_coupled(matrices, places, source):
+def _refuse_coupled(matrices: Any, places: Pairs, source: str) -> None:
     name = _coupled(matrices, places)
     if name is None:
         return
     if TILT in places.kind:
-        advice = "torsion or axial motion, as by gears, is not modelled: import each shaft alone, with the mesh as a bearing"
+        advice = "torsion or axial motion, as with gears, is not modelled: import each shaft separately, the mesh as a bearing"
     else:
-        advice = "no node tilts, as in solid elements: model the rotor by beam elements, or a casing with --stator"
+        advice = "no node has tilts, as with solid elements: use beam elements for a rotor, or --stator for a casing"
     raise DataError(source, f"{WORDS[name]} couples x, y, rx or ry with other directions; a rotor's must not ({advice})")
 
 
-def _left_out(places):
+def _left_out(places: Pairs) -> tuple[str, ...]:
     if places.others.size == 0:
         return ()
-    return (f"{places.others.size} coordinates of other directions are left out: nothing couples them.",)
+    return (f"{places.others.size} coordinates of other directions are left out, being uncoupled.",)
 
 
-def _folded(matrices, places, coordinates, source):
-    """The matrices in complex coordinates, their parts checked."""
+def _folded(matrices: Any, places: Pairs, coordinates: Coordinates, source: str) -> Model:
+    """The Model in complex coordinates, with all parts checked."""
     parts = {name: fold(matrix, places) for name, matrix in matrices.items()}
     zero = 0.0 * parts["mass"].real
     mass, stiffness = parts["mass"], parts["stiffness"]
     if abs(mass.imaginary).max() > 0.0:
-        raise DataError(source, "the mass matrix couples x and y crosswise, which no mass does")
+        raise DataError(source, "the mass matrix cross-couples x and y, which is impossible")
     real = {name: symmetric(part.real, WORDS[name], source) for name, part in parts.items() if name != "gyroscopic"}
     crosswise = {
         name: symmetric(parts[name].imaginary, f"the cross-coupling in {WORDS[name]}", source)
@@ -227,25 +229,25 @@ def _folded(matrices, places, coordinates, source):
     )
 
 
-def _turning(parts, real, source):
-    """D_i, the same in every direction; None where it is zero."""
+def _turning(parts: Any, real: Any, source: str) -> Any:
+    """Rotating damping D_i, which must be isotropic; None if zero."""
     if abs(parts.imaginary).max() > 0.0 or abs(parts.anisotropic).max() > 0.0:
-        raise DataError(source, "the rotating damping depends on the direction, and turns with the rotor")
+        raise DataError(source, "the rotating damping depends on the direction, which is impossible since it rotates")
     return _some(real["rotating_damping"])
 
 
-def _some(part):
-    """The part, or None where it is zero."""
+def _some(part: Any) -> Any:
+    """The matrix, or None if it is zero."""
     return part if abs(part).max() > 0.0 else None
 
 
-def _gyroscopic(parts, source):
-    """G of -i Omega G."""
+def _gyroscopic(parts: Any, source: str) -> Any:
+    """G, from the gyroscopic term -i Omega G."""
     if abs(parts.real).max() > 0.0:
         raise DataError(source, "the gyroscopic matrix is not skew-symmetric")
     if abs(parts.anisotropic).max() > 0.0:
         raise DataError(source, "the gyroscopic matrix depends on the direction: the transverse inertias are unequal")
     matrix = symmetric(-parts.imaginary, "the gyroscopic matrix in complex coordinates", source)
     if matrix.diagonal().sum() < 0.0:
-        raise DataError(source, "the gyroscopic matrix turns from y to x: change its sign, or the order of the axes")
+        raise DataError(source, "the gyroscopic matrix has the sign of rotation from y to x: change its sign or the axes")
     return matrix

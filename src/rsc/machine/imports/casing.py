@@ -1,12 +1,12 @@
-"""Casings whose axial and lateral motion are coupled, which therefore have no complex coordinates of their own.
+"""Casings with coupled axial and lateral motion, which have no complex coordinates.
 
-The contact asks of a stator only its receptance H: the displacement of its contact place for a force there. Where it is the same
-in x and y, and a force in x gives nothing in y, the complex displacement for a complex force F is H F, H of one direction. So the
-real model of that direction, all of its coordinates included, stands for both: it is taken once for x and as i times the same
-for y. After reduction only what the contact moves is left of it.
+The contact depends on a stator only through its receptance H, the displacement of the contact point per force there. If H is the
+same in x and y and a force in x causes no displacement in y, the complex displacement for a complex force F is H F, with H of one
+direction. The real model with all its coordinates then serves both directions: it is used once for x and, times i, for y. The
+reduction keeps only what moves the contact.
 
-Where the directions differ the casing is refused, with how much they differ. A model of both directions with the matrix of four
-receptances is what then would be needed.
+If the directions differ the casing is refused, with the difference found; it would need a model of both directions with the
+matrix of four receptances.
 """
 
 from collections.abc import Callable
@@ -20,9 +20,10 @@ from rsc.machine.formats import Matrix
 from rsc.machine.imports.coordinates import Coordinates
 from rsc.machine.model.model import DISPLACEMENT, OTHER, TILT, Model
 
-ALIKE = 0.01  # difference of both directions at the contact, of their mean
-_SAME, _MOST_BLOCKS = 1e-4, 40  # change of the receptances that ends their series of motions; the most of it, for each force
-_STEPS = 3  # frequencies from 0 to the end of the band
+ALIKE = 0.01  # largest difference of both directions at the contact, relative to their mean
+# relative change of the receptances at which the series of motions ends; largest number of its terms per force
+_SAME, _MOST_BLOCKS = 1e-4, 40
+_STEPS = 3  # number of frequencies from 0 to the end of the band
 Solver = Callable[[NDArray[Any]], NDArray[Any]]
 ComplexArray = NDArray[np.complex128]
 _KINDS = {"x": DISPLACEMENT, "ry": TILT, "y": OTHER, "rx": OTHER, "other": OTHER}
@@ -31,22 +32,22 @@ _KINDS = {"x": DISPLACEMENT, "ry": TILT, "y": OTHER, "rx": OTHER, "other": OTHER
 def one_direction(
     matrices: dict[str, Matrix], coordinates: Coordinates, source: str, seen: tuple[int | str, float], solve: Solver
 ) -> Model:
-    """Model that takes every real coordinate once, after a comparison of both directions at the contact.
+    """Model that uses every real coordinate once, after comparing both directions at the contact.
 
     Parameters
     ----------
     matrices, coordinates, source
-        As of `rsc.machine.imports.build.stator_model`.
+        As for `rsc.machine.imports.build.stator_model`.
     seen : (node of the contact, Hz)
-        Where both directions are compared, and the band's end.
+        Where, and up to which frequency, both directions are compared.
     solve : function (n, k) -> (n, k)
-        Displacements under forces at rest.
+        Displacements due to static forces.
 
     Raises
     ------
     DataError
-        The contact's node has no x or y, or its receptances in x and y differ by more than 1 % of their mean somewhere up to the
-        band's end (at three frequencies), or a force in x moves it in y by more.
+        The contact node has no x or y, or its receptances in x and y differ by more than 1 % of their mean at one of three
+        frequencies up to the end of the band, or a force in x moves it in y by more.
     """
     (contact, band), zero = seen, 0.0 * matrices["mass"]
     model = Model(
@@ -74,17 +75,17 @@ def one_direction(
         raise DataError(
             source,
             f"x and y are coupled with other directions, and at node {node} they differ by {100 * worst:.3g} % of their mean "
-            f"receptance at {where:.4g} Hz; such a stator is read where they are alike to {100 * ALIKE:.0f} %",
+            f"receptance at {where:.4g} Hz; such a stator can be used only if they agree within {100 * ALIKE:.0f} %",
         )
-    note = f"x stands for both directions; at node {node} they differ by {100 * worst:.2g} % at most up to {band:g} Hz."
+    note = f"x is used for both directions; at node {node} they differ by at most {100 * worst:.2g} % up to {band:g} Hz."
     return Model(**{**vars(model), "notes": (note,)})
 
 
 def receptances(model: Model, rows: NDArray[np.int64], frequencies: NDArray[np.float64], solve: Solver) -> ComplexArray:
-    """Displacement of some coordinates for a force at each, (frequencies, n, n), m/N, at frequencies in Hz.
+    """Displacements of some coordinates for a unit force at each, (frequencies, n, n), m/N, at frequencies in Hz.
 
-    From the motions K^-1 f, K^-1 M K^-1 f, ..., which match the receptances and their derivatives at rest, as many as make no
-    difference any more: one factorisation serves all frequencies.
+    From the motions K^-1 f, K^-1 M K^-1 f, ..., which match the receptances and their derivatives at zero frequency, until more
+    of them make no difference: a single factorisation serves all frequencies.
     """
     omega = 2.0 * np.pi * frequencies[:, None, None]
     block = np.zeros((model.n, len(rows)))

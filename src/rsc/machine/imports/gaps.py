@@ -1,11 +1,12 @@
-"""Radial gaps of Nastran decks, NLRGAP, read as contacts.
+"""Reader of radial gaps (NLRGAP) of Nastran decks, as contacts.
 
 OptiStruct and MSC Nastran, bulk data entry NLRGAP: SID, GA (inner grid point, shaft), GB (outer one, housing), PLANE, TABK, TABG,
-TABU, RADIUS. The tables, TABLED1, give stiffness, clearance and friction over time, a negative TABK the force over the
-penetration. rsc has one number for each.
+TABU, RADIUS. The tables, TABLED1, give stiffness, clearance and friction over time, a negative TABK refers to force over
+penetration. rsc needs a single number for each.
 """
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,9 +16,9 @@ from rsc.machine.formats.bulk import cards, integer, real
 from rsc.machine.formats.entries import BadMatrix
 
 MOST_FILE_BYTES = 2**28
-_MOST_FIELDS = 20_000  # of a table
+_MOST_FIELDS = 20_000  # in one table
 _AXES = {"YZ": "x", "ZX": "y", "XZ": "y", "XY": "z", "": "z"}
-_ALIKE = 1e-6  # relative difference of values in a table that is constant
+_ALIKE = 1e-6  # relative difference up to which the values of a table count as constant
 
 
 @dataclass(frozen=True)
@@ -39,15 +40,15 @@ def read_gaps(path: str | os.PathLike[str], units: str | None = None) -> list[Ra
     Parameters
     ----------
     path : path
-        Bulk data in small, wide or free form.
+        Bulk data in small, large or free field format.
     units : None or "mm"
-        "mm": the deck has mm, N, t, s; otherwise SI.
+        "mm": units mm, N, t, s; otherwise SI.
 
     Raises
     ------
     DataError
-        No such file, no NLRGAP in it, a table that is missing, changes over time or whose force is no multiple of the
-        penetration: one line.
+        No such file, no NLRGAP in it, a table that is missing or varies with time, or a force not proportional to the
+        penetration.
     """
     try:
         gaps, tables = [], {}
@@ -67,19 +68,18 @@ def read_gaps(path: str | os.PathLike[str], units: str | None = None) -> list[Ra
 def gaps_at(
     path: str | os.PathLike[str], node: object, axis: str, units: str | None = None
 ) -> tuple[list[RadialGap], list[RadialGap]]:
-    """The NLRGAP of a deck whose shaft is at a node, and all others; without a node (None) all of them, and none.
+    """(the NLRGAP whose shaft is at a node, all others); without a node (None), all of them and an empty list.
 
     Raises
     ------
     DataError
-        As `read_gaps`; there is none at the node, or several, two are between the same nodes, or one lies in another plane than
-        the rotor turns in.
+        As `read_gaps`; none or several at the node, two between the same nodes, or one in another plane than that of the rotor.
     """
     gaps = read_gaps(path, units)
-    own = [gap for gap in gaps if node is None or str(gap.inner) == str(node)]
-    if len(own) != 1 and node is not None:
+    chosen = [gap for gap in gaps if node is None or str(gap.inner) == str(node)]
+    if len(chosen) != 1 and node is not None:
         nodes = ", ".join(dict.fromkeys(str(gap.inner) for gap in gaps[:10]))
-        what = f"{len(own) or 'no'} NLRGAP at node {node}"
+        what = f"{len(chosen) or 'no'} NLRGAP at node {node}"
         raise DataError(one_line(Path(path)), f"it has {what}; their shafts are at {nodes}: without --contact all are contacts")
     pairs = [(gap.inner, gap.outer) for gap in gaps]
     for i, pair in enumerate(pairs):
@@ -87,25 +87,25 @@ def gaps_at(
             raise DataError(one_line(Path(path)), f"it has two NLRGAP between the nodes {pair[0]} and {pair[1]}")
         if (turns := gaps[i].axis) != axis:
             raise DataError(one_line(Path(path)), f"the plane of its NLRGAP is that of a rotor about {turns}, not about {axis}")
-    return own, [gap for gap in gaps if gap not in own]
+    return chosen, [gap for gap in gaps if gap not in chosen]
 
 
-def _in_metres(gap, units):
+def _in_metres(gap: RadialGap, units: str | None) -> RadialGap:
     if units != "mm":
         return gap
     return replace(gap, stiffness=1e3 * gap.stiffness, gap=1e-3 * gap.gap, radius=1e-3 * gap.radius)
 
 
-def _gap(card, tables):
+def _gap(card: list[bytes], tables: dict[int, list[bytes]]) -> RadialGap:
     plane = card[3].decode("ascii", "replace").upper()
     if plane not in _AXES:
-        raise BadMatrix(f"the plane '{plane}' of an NLRGAP is none of XY, YZ, ZX")
+        raise BadMatrix(f"the plane '{plane}' of an NLRGAP is not XY, YZ or ZX")
     stiffness = _table(tables, card[4])
     if integer(card[4]) < 0:
         slopes = [force / depth for depth, force in stiffness if depth]
         if any(force for depth, force in stiffness if depth <= 0.0):
-            raise BadMatrix(f"the force of TABLED1 {-integer(card[4])} does not begin at penetration 0")
-        name = f"the force of TABLED1 {-integer(card[4])} over the penetration is no straight line"
+            raise BadMatrix(f"the force of TABLED1 {-integer(card[4])} does not start at penetration 0")
+        name = f"the force of TABLED1 {-integer(card[4])} is not proportional to the penetration"
         stiff = _constant([slope for slope in slopes if slope], name)
     else:
         stiff = _constant([value for _, value in stiffness], _over_time("stiffness", card[4]))
@@ -114,23 +114,23 @@ def _gap(card, tables):
     radius = real(card[7])
     if not (stiff > 0.0 and clearance > 0.0 and radius >= 0.0):
         raise BadMatrix(f"the NLRGAP at node {integer(card[1])} has no positive stiffness and clearance, or a negative radius")
-    # a positive coefficient belongs to a shaft that turns counterclockwise; rsc has the sense in the speed
+    # the sign of the coefficient gives the sense of rotation, which rsc takes from the speed
     return RadialGap(integer(card[1]), integer(card[2]), _AXES[plane], stiff, clearance, abs(friction), radius)
 
 
-def _over_time(what, field):
-    return f"the {what} of TABLED1 {integer(field)} changes over time"
+def _over_time(what: str, field: bytes) -> str:
+    return f"the {what} of TABLED1 {integer(field)} varies with time"
 
 
-def _constant(values, otherwise):
-    """The value that all have."""
+def _constant(values: Sequence[float], otherwise: str) -> float:
+    """The common value; BadMatrix with the message `otherwise` if the values differ."""
     if not values or max(values) - min(values) > _ALIKE * max(abs(value) for value in values):
-        raise BadMatrix(f"{otherwise}; rsc takes one number")
+        raise BadMatrix(f"{otherwise}; rsc needs a single number")
     return values[0]
 
 
-def _table(tables, field):
-    """The pairs of a TABLED1."""
+def _table(tables: dict[int, list[bytes]], field: bytes) -> list[tuple[float, float]]:
+    """The (x, y) pairs of a TABLED1."""
     number = abs(integer(field))
     if number not in tables:
         raise BadMatrix(f"it has no TABLED1 {number}")

@@ -1,7 +1,8 @@
-"""Models from files: what `rsc import` does before anything is reduced or written."""
+"""Models from matrix files: the first stage of `rsc import`, before reduction and writing."""
 
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy.sparse
@@ -9,12 +10,12 @@ import scipy.sparse
 from rsc.errors import DataError, one_line
 from rsc.machine.formats import read_matrices
 from rsc.machine.imports.build import WORDS, rotor_model, stator_model
-from rsc.machine.imports.coordinates import from_labels, read_table
+from rsc.machine.imports.coordinates import Coordinates, from_labels, read_table
 from rsc.machine.imports.supports import read_supports, with_supports
 from rsc.machine.model.model import Model
 
 MatrixSource = str | os.PathLike[str] | tuple[str | os.PathLike[str], str]
-# names that programs give the matrices, where a file has several
+# customary names of the matrices, to find them in a file with several
 _NAMES = {
     "mass": {"m", "mass", "maa", "maax", "mgg", "mxx", "m2gg"},
     "damping": {"c", "b", "d", "damping", "baa", "baax", "bgg", "caa", "caax"},
@@ -41,25 +42,25 @@ def import_fe(
     Parameters
     ----------
     mass, stiffness, damping, gyroscopic, rotating_damping : path, or (path, name)
-        Files as `read_matrices` takes them; the name picks one of several matrices of a file, which is needed where none of them
-        has a customary name (K, stiffness, KAA, model.K, ...). Rotor: M q'' + (C + Omega G) q' + K q = f;
-        rotating damping D acts in the coordinates that turn with the rotor.
+        Files as for `read_matrices`; the name selects one of several matrices in a file and is needed if none of them has a
+        customary name (K, stiffness, KAA, model.K, ...). Rotor: M q'' + (C + Omega G) q' + K q = f; rotating damping D acts in
+        the coordinates that turn with the rotor.
     coordinates : path, optional
-        The table (`read_table`); not needed where the files carry node and direction of their rows (DMIG, Abaqus, CalculiX).
+        The table (`read_table`); not needed if the files contain node and direction of their rows (DMIG, Abaqus, CalculiX).
     contact : int or str, optional
-        Node of the contact; needed for a stator.
+        Node of the contact; required for a stator.
     stator : bool
-        Whether the body is a stator, a rotor otherwise.
+        Whether the body is a stator; otherwise a rotor.
     **options
-        axis: "x", "y" or "z" (default), the axis of the rotor in files that carry directions. units: "m" or "mm" (mm, N, t, s).
-        speed: Hz, at which coefficients of bearings were taken (rotor). free: whether a rotor may move freely, because its scene
-        adds bearings. supports: table of those whose coefficients follow the speed (`read_supports`). band: Hz, up to which a
-        stator is looked at (500).
+        axis: "x", "y" or "z" (default), rotor axis in files with directions. units: "m" or "mm" (mm, N, t, s). speed: Hz, at
+        which coefficients of bearings were evaluated (rotor). free: whether a rotor may have rigid-body motions, because its
+        scene adds bearings. supports: table of bearings with speed-dependent coefficients (`read_supports`). band: Hz, up to
+        which the directions of a stator are compared (500).
 
     Raises
     ------
     DataError
-        A file that cannot be read, or matrices that cannot be right: see `rotor_model` and `stator_model`.
+        A file that cannot be read, or invalid matrices: see `rotor_model` and `stator_model`.
     """
     sources = {"mass": mass, "damping": damping, "gyroscopic": gyroscopic, "stiffness": stiffness}
     sources["rotating_damping"] = rotating_damping
@@ -77,7 +78,7 @@ def import_fe(
         if coordinates is not None:
             table = _named(table, read_table(coordinates), coordinates)
     elif coordinates is None:
-        raise DataError(name, "its rows carry no nodes and directions: a coordinate table is needed")
+        raise DataError(name, "it has no nodes and directions of its rows: a coordinate table is needed")
     else:
         table = read_table(coordinates)
     if stator:
@@ -94,13 +95,13 @@ def import_fe(
     return model
 
 
-def picked(wanted: MatrixSource, role: str):
-    """(matrix, labels or None) of one file: the named one, the only square one, or the one with a customary name.
+def picked(wanted: MatrixSource, role: str) -> tuple[Any, Any]:
+    """(matrix, labels or None) from one file: the named matrix, the only square one, or the one with a customary name.
 
     Raises
     ------
     DataError
-        No such matrix, or several that could be meant.
+        No such matrix, or an ambiguous choice.
     """
     path, name = wanted if isinstance(wanted, tuple) else (wanted, None)
     content = read_matrices(path)
@@ -117,8 +118,8 @@ def picked(wanted: MatrixSource, role: str):
     return content.matrices[chosen[0]], content.labels.get(chosen[0])
 
 
-def aligned(matrices, labels):
-    """(matrices, labels) with one common order of rows: those of all labels, sorted. Rows that a file does not have are empty."""
+def aligned(matrices: dict[str, Any], labels: dict[str, Any]) -> tuple[dict[str, Any], Any]:
+    """(matrices, labels) with a common order of rows: the sorted union of all labels. Rows missing in a file are empty."""
     rows = np.unique(np.concatenate(list(labels.values())), axis=0)
     order = {tuple(row): i for i, row in enumerate(rows.tolist())}
     moved = {}
@@ -130,8 +131,8 @@ def aligned(matrices, labels):
     return moved, rows
 
 
-def _named(table, own, path):
-    """The table of the labels with the names and positions of the user's table, which must have the same nodes in its rows."""
-    if len(table) != len(own) or not np.array_equal(table.node, own.node):
+def _named(table: Coordinates, given: Coordinates, path: Any) -> Coordinates:
+    """The user's table with its names and positions, after checking that its nodes are those of the labels."""
+    if len(table) != len(given) or not np.array_equal(table.node, given.node):
         raise DataError(one_line(path), "its nodes are not those of the files' rows, sorted by node and direction")
-    return own
+    return given

@@ -1,16 +1,17 @@
-"""Rotors of ROSS (petrobras/ross, versions 2.3 and 3): the live object, and the .mat file of `rotor.save_mat`.
+"""Rotors of ROSS (petrobras/ross, versions 2.3 and 3): the object itself, and the .mat file of `rotor.save_mat`.
 
-Every node has six coordinates, x, y, z, alpha, beta and theta, in this order; behind those of the shaft's nodes come x, y and z
-of each point mass (a support). alpha and beta are the rotations about x and y. M, K and C are asked at a frequency, at which the
+Every node has six coordinates, x, y, z, alpha, beta and theta, in this order, followed, after all shaft nodes, by x, y and z of
+each point mass (a support). alpha and beta are the rotations about x and y. M, K and C are evaluated at a frequency, at which
 coefficients of bearings and seals are taken; G is multiplied by the speed. Tables of bearings and seals are over the rotor speed,
-whatever ROSS calls it; only those of a magnetic bearing are over the frequency of a vibration, whose controller answers to that.
-ROSS itself is not imported.
+whatever ROSS calls it; only those of magnetic bearings are over the vibration frequency, to which their controller responds. ROSS
+itself is not imported.
 """
 
 import inspect
 import os
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -23,39 +24,39 @@ from rsc.machine.model.model import Model
 
 _NODE = ("x", "y", "other", "rx", "ry", "other")
 _SUPPORT = ("x", "y", "other")
-_BELOW = 1.0 - 1e-9  # of the end of a table: 4000 rpm / 60 is rounded
+_BELOW = 1.0 - 1e-9  # tolerance at the ends of a table: 4000 rpm / 60 is rounded
 _ROLES = {"mass": "M", "stiffness": "K", "damping": "C", "gyroscopic": "G"}
 
 
 def from_ross(
-    rotor, speed: float = 0.0, frequency: float | None = None, *, speeds: Sequence[float] | None = None
+    rotor: Any, speed: float = 0.0, frequency: float | None = None, *, speeds: Sequence[float] | None = None
 ) -> Model:
     """Model of a ROSS rotor.
 
     Parameters
     ----------
     rotor : ross.Rotor
-        Or anything with its M, K, C, G, nodes, nodes_pos and shaft_elements.
+        Or any object with its M, K, C, G, nodes, nodes_pos and shaft_elements.
     speed : float
-        Rotor speed at which the coefficients of bearings and seals are taken, Hz (ROSS takes rad/s).
+        Rotor speed at which coefficients of bearings and seals are evaluated, Hz (rad/s in ROSS).
     frequency : float, optional
-        Frequency in Hz of the vibration at which coefficients that depend on it are taken: those of magnetic bearings, and
-        whatever a later ROSS asks for at a speed and a frequency. Of a backward whirl, which is negative, its size. By default
-        the speed, as ROSS does. The notes of the model say what was taken.
+        Vibration frequency in Hz at which frequency-dependent coefficients are evaluated: those of magnetic bearings, and any
+        that a later ROSS evaluates at a speed and a frequency. For backward whirl its magnitude. By default the speed, as in
+        ROSS. The notes of the model state the choice.
     speeds : sequence of float, optional
-        Two or more rotor speeds in Hz, rising: the coefficients follow the speed, linear between these.
+        Two or more increasing rotor speeds in Hz, for speed-dependent coefficients, linear in between.
 
     Returns
     -------
     Model
-        Nodes have ROSS's numbers, point masses those behind them; tags of discs and bearings are names of their nodes; diameters
-        are the outer ones of the elements.
+        Nodes have ROSS's numbers, point masses follow them; tags of disks and bearings are names of their nodes; diameters are
+        the outer ones of the elements.
 
     Raises
     ------
     DataError
-        No such object, or matrices that cannot be right (`rotor_model`); magnetic bearings over several speeds without a
-        frequency, which would then follow the speed.
+        Not such an object, or invalid matrices (`rotor_model`); magnetic bearings with several speeds but no frequency, whose
+        coefficients would then vary with the speed.
     """
     if speeds is not None:
         return _over_speeds(rotor, frequency, list(speeds))
@@ -71,7 +72,7 @@ def from_ross(
         named = [(str(el.tag), int(el.n)) for el in [*rotor.disk_elements, *rotor.bearing_elements]]
         tables = {str(el.tag): (_frequencies(el), vibration if _is_magnetic(el) else omega) for el in rotor.bearing_elements}
     except (AttributeError, TypeError, ValueError) as error:
-        raise DataError(source, f"no rotor of ROSS 2.3 or 3: {one_line(error)}") from None
+        raise DataError(source, f"not a rotor of ROSS 2.3 or 3: {one_line(error)}") from None
     _refuse_complex(matrices, source)
     _refuse_beyond(tables, source)
     model = _model({role: matrix.real for role, matrix in matrices.items()}, position, source, speed)
@@ -86,19 +87,19 @@ def from_ross(
     return replace(model, diameter=diameter, names=names, notes=notes)
 
 
-def _over_speeds(rotor, frequency, speeds):
+def _over_speeds(rotor: Any, frequency: float | None, speeds: list[float]) -> Model:
     if frequency is None and any(map(_is_magnetic, getattr(rotor, "bearing_elements", ()))):
-        problem = "coefficients of a magnetic bearing follow the frequency of a vibration, not the rotor speed; name a frequency"
+        problem = "coefficients of a magnetic bearing depend on the vibration frequency, not the rotor speed; give a frequency"
         raise DataError("ROSS rotor", problem)
     return over_speed([from_ross(rotor, speed, frequency) for speed in speeds])
 
 
-def _is_magnetic(bearing):
+def _is_magnetic(bearing: Any) -> bool:
     return any(kind.__name__ == "MagneticBearingElement" for kind in type(bearing).__mro__)
 
 
-def _exchanged(matrix, bearings, name, asked, n_nodes):
-    """In the rows of some bearings their coefficients at another frequency: asked = (that of the matrix, the other), rad/s."""
+def _exchanged(matrix: Any, bearings: Any, name: str, asked: tuple[float, float], n_nodes: int) -> None:
+    """Replace the coefficients of some bearings in a matrix; asked = (frequency of the matrix, new frequency), rad/s."""
     if asked[0] == asked[1]:
         return
     for bearing in bearings:
@@ -108,33 +109,33 @@ def _exchanged(matrix, bearings, name, asked, n_nodes):
         matrix[np.ix_(first + link, first + link)] += after - before
 
 
-def _taken(magnetic, speed, frequency):
-    """What was taken of bearings that depend on the frequency of a vibration, in words."""
+def _taken(magnetic: Any, speed: float, frequency: float | None) -> tuple[str, ...]:
+    """Notes on the speed and frequency at which coefficients were evaluated."""
     if not magnetic and frequency is None:
         return ()
-    whole = f"coefficients of bearings and seals are those at a rotor speed of {speed:g} Hz"
+    whole = f"coefficients of bearings and seals are for a rotor speed of {speed:g} Hz"
     if frequency is not None:
-        whole += f", what depends on the frequency of a vibration that at {abs(frequency):g} Hz, forward or backward"
+        whole += f", those that depend on the vibration frequency for {abs(frequency):g} Hz, forward or backward"
     if not magnetic:
         return (f"{whole}.",)
     names = ", ".join(one_line(el.tag) for el in magnetic)
     at = f"{abs(speed if frequency is None else frequency):g} Hz"
-    advice = "" if frequency is not None else "; a whirl of another frequency meets others: from_ross(rotor, speed, frequency)"
-    return (f"{whole}.", f"magnetic bearings ({names}) have the coefficients of a vibration at {at}{advice}.")
+    advice = "" if frequency is not None else "; for whirl at another frequency use from_ross(rotor, speed, frequency)"
+    return (f"{whole}.", f"magnetic bearings ({names}) have their coefficients for a vibration at {at}{advice}.")
 
 
 def read_ross_over_speed(
     paths: Sequence[str | os.PathLike[str]], speeds: Sequence[float], free: bool = False
 ) -> Model:
-    """Model whose coefficients follow the speed, from files of `rotor.save_mat` at rotor speeds in Hz, in order.
+    """Model with speed-dependent coefficients, from files of `rotor.save_mat` at increasing rotor speeds in Hz.
 
     Raises
     ------
     DataError
-        As `read_ross`; another number of speeds than files, speeds that do not rise, files of different rotors.
+        As `read_ross`; unequal numbers of speeds and files, speeds that do not increase, files of different rotors.
     """
     if len(speeds) != len(paths):
-        problem = f"{len(paths)} files of ROSS need as many rotor speeds, at which they were saved (--speed), not {len(speeds)}"
+        problem = f"{len(paths)} ROSS files need as many rotor speeds, those they were saved at (--speed), not {len(speeds)}"
         raise DataError(one_line(paths[0]), problem)
     return over_speed([read_ross(path, speed, free) for path, speed in zip(paths, speeds, strict=True)])
 
@@ -146,20 +147,20 @@ def read_ross(path: str | os.PathLike[str], speed: float | None = None, free: bo
     ----------
     path : str or path
     speed : float, optional
-        The speed it was saved at, Hz, which the file does not tell.
+        Speed in Hz at which it was saved, which the file does not contain.
     free : bool
-        Whether it may move freely, because its scene adds bearings.
+        Whether rigid-body motions are allowed, because its scene adds bearings.
 
     Raises
     ------
     DataError
-        Not such a file (M, K, C, G and nodes), or matrices that cannot be right (`rotor_model`).
+        Not such a file (M, K, C, G and nodes), or invalid matrices (`rotor_model`).
     """
     content = read_matrices(path).matrices
     source = one_line(path)
     missing = {*_ROLES.values(), "nodes"} - set(content)
     if missing:
-        raise DataError(source, f"no file of ROSS's save_mat: it has no {', '.join(sorted(missing))}")
+        raise DataError(source, f"not a file of ROSS's save_mat: it has no {', '.join(sorted(missing))}")
     matrices, position = {role: content[name] for role, name in _ROLES.items()}, np.ravel(content["nodes"]).tolist()
     try:
         return _model(matrices, position, source, speed, free)
@@ -170,36 +171,36 @@ def read_ross(path: str | os.PathLike[str], speed: float | None = None, free: bo
         raise DataError(source, f"{error.problem}; {hint}") from None
 
 
-def _asked(matrix, omega, vibration):
-    """The matrix at a rotor speed and a frequency of a vibration in rad/s, by the names of its arguments: "frequency" alone is
+def _asked(matrix: Any, omega: float, vibration: float) -> Any:
+    """Evaluate a matrix method at a rotor speed and a vibration frequency in rad/s, by its argument names: a lone "frequency" is
     the rotor speed."""
     takes = inspect.signature(matrix).parameters
     asked = {"frequency": vibration if "speed" in takes else omega, "speed": omega}
     return np.array(matrix(**{name: value for name, value in asked.items() if name in takes}))
 
 
-def _refuse_complex(matrices, source):
+def _refuse_complex(matrices: Any, source: str) -> None:
     for role, matrix in matrices.items():
         if not np.all(np.isfinite(matrix)) or np.any(matrix.imag):
             raise DataError(source, f"its {role} matrix is not real and finite")
 
 
-def _frequencies(bearing):
-    """Frequencies of a bearing's coefficients, rad/s; none where they do not depend on them."""
+def _frequencies(bearing: Any) -> Any:
+    """Frequencies of the table of a bearing's coefficients, rad/s; empty if constant."""
     frequencies = getattr(bearing, "frequency", None)
     return np.zeros(0) if frequencies is None else np.ravel(frequencies).astype(float)
 
 
-def _refuse_beyond(tables, source):
-    """Coefficients of a bearing are known from its lowest to its highest frequency (rad/s), if it has a table of them."""
+def _refuse_beyond(tables: Any, source: str) -> None:
+    """DataError if a bearing's table of coefficients does not cover the requested frequency (rad/s)."""
     for tag, (frequencies, omega) in tables.items():
         if len(frequencies) > 1 and not _BELOW * frequencies.min() <= omega <= frequencies.max() / _BELOW:
             low, high = frequencies.min() / (2.0 * np.pi), frequencies.max() / (2.0 * np.pi)
-            words = f"{one_line(tag)} has coefficients from {low:.4g} to {high:.4g} Hz, none at {omega / (2.0 * np.pi):.4g} Hz"
-            raise DataError(source, f"bearing {words}; name a speed")
+            words = f"{one_line(tag)} has coefficients from {low:.4g} to {high:.4g} Hz, but not at {omega / (2.0 * np.pi):.4g} Hz"
+            raise DataError(source, f"bearing {words}; give a speed")
 
 
-def _model(matrices, position, source, speed, free=False):
+def _model(matrices: Any, position: list[float], source: str, speed: float | None, free: bool = False) -> Model:
     size, n_nodes = matrices["mass"].shape[0], len(position)
     n_supports, left = divmod(size - 6 * n_nodes, 3)
     if left or n_supports < 0:

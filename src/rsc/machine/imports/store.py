@@ -1,4 +1,4 @@
-"""A `Model` in a file beside a scene: one .npz, for which none of the programs is needed that the model came from."""
+"""Storage of a `Model` in an .npz file next to a scene, which no longer needs the program that made the model."""
 
 import hashlib
 import io
@@ -21,21 +21,21 @@ from rsc.machine.model.following import MOST_KNOTS
 from rsc.machine.model.model import DISPLACEMENT, DOUBLE, OTHER, TILT, Model
 from rsc.system.knots import ANISOTROPIC, FOLLOWING, Knots
 
-FORMATS = ("rsc model 1", "rsc model 2")  # the second: with coefficients that follow the rotor speed, which older versions refuse
+FORMATS = ("rsc model 1", "rsc model 2")  # the second with speed-dependent coefficients, which older versions refuse
 _REAL = ("mass", "damping", "gyroscopic", "stiffness", "skew_damping", "skew_stiffness", "rotating_damping")
 _COMPLEX = ("anisotropic_mass", "anisotropic_damping", "anisotropic_stiffness")
 _TABLES = ("names", "position", "diameter")
 
 
 def save_model(model: Model, path: str | os.PathLike[str]) -> str:
-    """Write a model; returns the SHA-256 of the file as text. DataError when it cannot be written."""
+    """Write a model and return the SHA-256 of the file as text. DataError if it cannot be written."""
     output, digest = stored(model, path)
     put_all([output])
     return digest
 
 
 def stored(model: Model, path: str | os.PathLike[str]) -> tuple[Output, str]:
-    """(file of a model, to be written by `rsc.files.output.put_all`, SHA-256 of that file as text)."""
+    """(Output with a model, to be written by `rsc.files.output.put_all`; SHA-256 of that file as text)."""
     follows = model.knots is not None or model.rotating_damping is not None
     about = {"format": FORMATS[follows], "source": model.source, "kind": model.kind.tolist(), "notes": model.notes}
     about |= {"speed": model.speed, "rounding": model.rounding, "free": model.free}
@@ -45,7 +45,7 @@ def stored(model: Model, path: str | os.PathLike[str]) -> tuple[Output, str]:
         arrays |= _stored(name, getattr(model, name))
     if model.knots is not None:
         arrays["knots"] = model.knots.speed
-        for name, part in model.knots.parts.items():  # those of all knots, one below the other
+        for name, part in model.knots.parts.items():  # matrices of all knots, stacked
             arrays |= _stored(f"knots.{name}", scipy.sparse.vstack(part) if model.is_sparse else part.reshape(-1, model.n))
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **arrays)
@@ -65,12 +65,12 @@ def _stored(name: str, matrix: Any) -> dict[str, Any]:
 
 
 def load_model(path: str | os.PathLike[str]) -> tuple[Model, str]:
-    """Read a model that `save_model` wrote; returns it with the SHA-256 of the file.
+    """Read a model written by `save_model`; returns it with the SHA-256 of the file.
 
     Raises
     ------
     DataError
-        No such file, or not of this kind.
+        No such file, or not a model file.
     """
     name = one_line(path)
     content = content_of(path, MOST_BYTES)
@@ -88,7 +88,7 @@ def load_model(path: str | os.PathLike[str]) -> tuple[Model, str]:
             source=str(about["source"]),
             node=arrays["node"].astype(np.int64),
             kind=np.array(about["kind"], dtype=str),
-            rounding=float(about.get("rounding", DOUBLE)),  # files of older versions have neither
+            rounding=float(about.get("rounding", DOUBLE)),  # older files have neither
             free=bool(about.get("free", False)),
             speed=None if about["speed"] is None else float(about["speed"]),
             names={str(key): int(value) for key, value in about["names"]},
@@ -100,8 +100,8 @@ def load_model(path: str | os.PathLike[str]) -> tuple[Model, str]:
         )
         if any(matrices[key] is None for key in _REAL[:4]):
             raise ValueError("its parts do not fit")
-    except Exception as error:  # a damaged or forged archive fails in any way
-        raise DataError(name, f"no model written by `rsc import` ({type(error).__name__})") from None
+    except Exception as error:  # a damaged or forged archive may raise anything
+        raise DataError(name, f"not a model written by `rsc import` ({type(error).__name__})") from None
     return model, hashlib.sha256(content).hexdigest()
 
 
@@ -128,7 +128,7 @@ def _read_complex(arrays: dict[str, Any], name: str, n: int, count: int = 1) -> 
 
 
 def _read(arrays: dict[str, Any], name: str, n: int, count: int = 1) -> Any:
-    """A matrix, or so many one below the other; None where there is none."""
+    """A matrix, or `count` stacked ones; None if absent."""
     if name in arrays:
         matrix = arrays[name].astype(float)
         if matrix.shape != (count * n, n) or not np.isfinite(matrix).all():

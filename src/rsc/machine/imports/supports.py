@@ -1,4 +1,4 @@
-"""Bearings and seals of a model whose coefficients follow the rotor speed, from a table: those at a node at some speeds."""
+"""Bearings and seals with speed-dependent coefficients, from a table by node and rotor speed."""
 
 import os
 from collections.abc import Sequence
@@ -20,15 +20,15 @@ Coefficients = tuple[int | str, NDArray[np.float64], NDArray[np.float64]]  # nod
 
 
 def read_supports(path: str | os.PathLike[str]) -> list[Coefficients]:
-    """Read a table of supports: comma or semicolon separated values with a line of column names.
+    """Read a table of supports: comma- or semicolon-separated values with a header line.
 
-    Columns: node (number or name), hz or rpm (the rotor speed), k_xx, k_yy in N/m, c_xx, c_yy in N s/m; k_xy, k_yx, c_xy, c_yx
-    where they are not 0. The rows of a node stand in the order of their speeds; two at least.
+    Columns: node (number or name), hz or rpm (rotor speed), k_xx, k_yy in N/m, c_xx, c_yy in N s/m; k_xy, k_yx, c_xy, c_yx if
+    not 0. The rows of a node are in the order of increasing speed, at least two.
 
     Raises
     ------
     DataError
-        Not readable, another column, no number, a node with one row, or with speeds that do not rise.
+        Not readable, an unknown column, not a number, a node with a single row or with speeds that do not increase.
     """
     file = one_line(path)
     columns, lines = rows_of(path, _COLUMNS, ("node", "k_xx", "k_yy"), "a table of supports")
@@ -41,32 +41,32 @@ def read_supports(path: str | os.PathLike[str]) -> list[Coefficients]:
         node = cells.pop("node")
         values = {column: number_in(file, where, column, cell, float) for column, cell in cells.items()}
         speed = values[_HZ] if _HZ in values else values[_RPM] / 60.0
-        own = rows.setdefault(node, [])
-        if own and not speed > own[-1][0]:
-            raise DataError(file, f"{where}: the rotor speed must be more than in the row before of node {one_line(node)[:40]}")
-        own.append([speed, *(values.get(column, 0.0) for column in (*_STIFFNESS, *_DAMPING))])
-    for node, own in rows.items():
-        if len(own) < 2:
-            raise DataError(file, f"node {one_line(node)[:40]} has one row: coefficients that follow the speed need two at least")
+        known = rows.setdefault(node, [])
+        if known and not speed > known[-1][0]:
+            raise DataError(file, f"{where}: the rotor speed must exceed that of the previous row of node {one_line(node)[:40]}")
+        known.append([speed, *(values.get(column, 0.0) for column in (*_STIFFNESS, *_DAMPING))])
+    for node, known in rows.items():
+        if len(known) < 2:
+            raise DataError(file, f"node {one_line(node)[:40]} has one row: speed-dependent coefficients need at least two")
     if not rows:
         raise DataError(file, "a table of supports without rows")
-    return [(node, np.array(own)[:, 0], np.array(own)[:, 1:]) for node, own in rows.items()]
+    return [(node, np.array(known)[:, 0], np.array(known)[:, 1:]) for node, known in rows.items()]
 
 
 def with_supports(model: Model, supports: Sequence[Coefficients]) -> Model:
-    """The model with these supports: knots at all their speeds; each is constant beyond its own rows.
+    """The model with these supports: knots at all their speeds; each support is constant outside its speed range.
 
     Raises
     ------
     DataError
-        No such node; more than `MOST_KNOTS` speeds; a model that moves freely or is indefinite with the supports at one of them.
+        No such node; more than `MOST_KNOTS` speeds; at one of them rigid-body motions or an indefinite stiffness remain.
     """
     made = []
     for speed in np.unique(np.concatenate([speeds for _, speeds, _ in supports])).tolist():
         bearings = []
         for node, speeds, coefficients in supports:
-            own = [float(np.interp(speed, speeds, column)) for column in coefficients.T]
-            bearings.append(Bearing(node, (own[0], own[1], own[2], own[3]), (own[4], own[5], own[6], own[7])))
+            at = [float(np.interp(speed, speeds, column)) for column in coefficients.T]
+            bearings.append(Bearing(node, (at[0], at[1], at[2], at[3]), (at[4], at[5], at[6], at[7])))
         try:
             made.append(replace(with_bearings(model, bearings), speed=speed))
         except DataError as error:

@@ -1,7 +1,7 @@
-"""Bodies of machines, `Body` of any size, dense or sparse: what may be reduced, and solutions of A(Psi, Omega) x = input.
+"""Bodies of machines (`Body` of any size, dense or sparse): checks before a reduction, and solutions of A(Psi, Omega) x = input.
 
-Where coefficients follow the rotor speed from knot to knot, A is the sum of what the body always has and of the knots' matrices,
-each with its share at that speed (`terms_of`, `factors_of`): a basis is projected, and a residual formed, term by term.
+With coefficients interpolated between knots of the rotor speed, A is the sum of constant terms and of the matrices of the knots,
+each with its weight at that speed (`terms_of`, `factors_of`): a basis is projected, and a residual formed, term by term.
 """
 
 from collections.abc import Callable
@@ -21,26 +21,26 @@ from rsc.system.knots import Knots
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-# coordinates up to which every point is solved exactly, and beyond which one factorization would exceed 2 GB
+# coordinates up to which every point is solved exactly; beyond which a factorization would exceed 2 GB
 FEW, MOST = 300, 60_000
-# pivot of the stiffness, scaled to a diagonal of ones, below which a motion counts as free: of a free body of 50,000 coordinates
-# rounding leaves 1e-11, and a shaft of 3,000 elements on soft bearings has 1e-9
+# pivot of the stiffness, scaled to a unit diagonal, below which a motion counts as free: rounding leaves 1e-11 in a free body of
+# 50,000 coordinates, and a shaft of 3,000 elements on soft bearings has 1e-9
 _FREE = 3e-11
-_ASYMMETRY = 1e-9  # of a matrix against its largest entry
-_BLOCK = 4 * 2**20  # bytes of dynamic stiffnesses that are solved at once: they stay in the cache
-_CORRECTIONS = 2  # of a sparse solution by its residual
+_ASYMMETRY = 1e-9  # allowed asymmetry of a matrix relative to its largest entry
+_BLOCK = 4 * 2**20  # bytes of dynamic stiffnesses solved at a time, such that they stay in the cache
+_CORRECTIONS = 2  # iterative refinements of a sparse solution
 
 
-Term = str | tuple[str, int]  # a matrix of the body by its name, or by name and number of a knot
+Term = str | tuple[str, int]  # a matrix of the body by name, or by name and index of a knot
 
 
 def n_contacts(body: Body) -> int:
-    """How many places of a body touch."""
+    """Number of contact locations of a body."""
     return 1 if body.contact.ndim == 1 else len(body.contact)
 
 
 def terms_of(body: Body) -> dict[Term, Matrix]:
-    """The matrices on r by their terms, those of the knots among them."""
+    """The matrices that act on r by term, including those of the knots."""
     terms: dict[Term, Matrix] = {name: matrix for name, matrix in body.terms.items()}
     if body.knots is not None:
         terms |= {(name, i): matrix for name, part in body.knots.parts.items() for i, matrix in enumerate(part)}
@@ -48,19 +48,20 @@ def terms_of(body: Body) -> dict[Term, Matrix]:
 
 
 def factors_of(body: Body, Psi: ArrayLike, Omega: ArrayLike, of: Callable[..., dict[str, Any]] = factors) -> dict[Term, Any]:
-    """What each term is multiplied with in A(Psi, Omega), or of the slope; those that are not in it are left out."""
-    own = of(Psi, Omega)
-    made: dict[Term, Any] = {name: own[name] for name in body.terms if name in own}
+    """Factor of each term in A(Psi, Omega), or in its slope (of = slope_factors); absent terms are omitted."""
+    factor = of(Psi, Omega)
+    made: dict[Term, Any] = {name: factor[name] for name in body.terms if name in factor}
     if body.knots is not None:
         shares = body.knots.shares(Omega)
         made |= {
-            (name, i): own[name] * shares[..., i] for name in body.knots.parts if name in own for i in range(shares.shape[-1])
+            (name, i): factor[name] * shares[..., i] for name in body.knots.parts if name in factor for i in
+            range(shares.shape[-1])
         }
     return made
 
 
 def dynamic_stiffness(body: Body, Psi: ArrayLike, Omega: ArrayLike) -> Matrix:
-    """A(Psi, Omega) in N/m with the coefficients of the speed; rad/s; of ndarrays one matrix for each place."""
+    """A(Psi, Omega) in N/m, rad/s, with the coefficients at that speed; Psi and Omega broadcast if the matrices are ndarrays."""
     return _sum(factors_of(body, Psi, Omega), terms_of(body))
 
 
@@ -69,14 +70,14 @@ def slope(body: Body, Psi: ArrayLike, Omega: ArrayLike) -> Matrix:
     return _sum(factors_of(body, Psi, Omega, slope_factors), terms_of(body))
 
 
-def _sum(factor, terms):
+def _sum(factor: dict[Term, Any], terms: dict[Term, Matrix]) -> Matrix:
     if scipy.sparse.issparse(terms["mass"]):
         return sum(share * terms[name] for name, share in factor.items())
     return sum(np.asarray(share)[..., None, None] * terms[name] for name, share in factor.items())
 
 
 def projected(body: Body, basis: FloatArray, images: dict[Term, Any] | None = None) -> Body:
-    """The body moving in a basis (n, r) only: a Body of r coordinates; images: the products matrix @ basis, by term."""
+    """The body projected on a basis (n, r): a Body of r coordinates; images: products matrix @ basis, by term."""
     images = images or {name: matrix @ basis for name, matrix in terms_of(body).items()}
     matrices = {name: _even(basis.T @ image) for name, image in images.items()}
     knots = None
@@ -93,30 +94,30 @@ def projected(body: Body, basis: FloatArray, images: dict[Term, Any] | None = No
     )
 
 
-def _even(matrix):
+def _even(matrix: Any) -> Any:
     return 0.5 * (matrix + matrix.T)
 
 
 def checked(body: Body) -> Body:
-    """The body with float matrices of one kind, ndarrays for few coordinates and sparse ones as they are.
+    """The body with float matrices, all sparse or, for few coordinates, all ndarrays.
 
     Raises
     ------
     ReductionError
-        Too many coordinates, a wrong shape, a number that is not finite, an asymmetric matrix, no contact, or what is reduced
-        beside the body (directions.Unequal).
+        Too many coordinates, a wrong shape, a non-finite number, an asymmetric matrix, no contact, or fields that are reduced
+        separately (directions.Unequal).
     """
     n = body.n_coordinates
     if not body.isotropic or body.unbalance_euler.size:
-        raise ReductionError("anisotropic matrices and unbalance_euler are no part of a body that is reduced")
+        raise ReductionError("anisotropic matrices and unbalance_euler must not be part of a body to be reduced")
     if n > MOST:
-        raise ReductionError(f"{n} complex coordinates are too many to reduce (at most {MOST}); reduce them where they were made")
+        raise ReductionError(f"{n} complex coordinates are too many (at most {MOST}); reduce them in the program that made them")
     as_sparse = any(scipy.sparse.issparse(matrix) for matrix in body.terms.values()) and n > FEW
     if not as_sparse and n > 10 * FEW:
         raise ReductionError(f"{n} complex coordinates need sparse matrices (ndarrays: at most {10 * FEW})")
     fields: dict[str, Any] = {name: _matrix(name, matrix, n, as_sparse) for name, matrix in body.terms.items()}
     if fields["mass"].diagonal().min() < 0.0 or not fields["mass"].diagonal().any():
-        raise ReductionError("mass has a negative entry on its diagonal, or none at all")
+        raise ReductionError("mass has a negative diagonal entry, or only zeros")
     rows = (n,) if np.ndim(body.contact) == 1 else (-1, n)
     shapes = {"contact": rows, "unbalance": (n, -1), "load": (n,), "observers": (-1, n)}
     empty = {"unbalance": np.zeros((n, 0)), "load": np.zeros(n), "observers": np.zeros((0, n))}
@@ -131,12 +132,12 @@ def checked(body: Body) -> Body:
     if body.knots is not None:
         fields["knots"] = _checked_knots(body.knots, n, as_sparse)
     if not fields["contact"].any(axis=-1).all():
-        raise ReductionError("contact is zero: the body has no place that touches")
+        raise ReductionError("contact is zero: the body has no contact location")
     return replace(body, **fields)
 
 
 def _checked_knots(knots: Knots, n: int, as_sparse: bool) -> Knots:
-    """The same with matrices of one kind, without parts that are zero at every knot."""
+    """The knots with all matrices sparse or dense, without parts that are zero at every knot."""
     parts = {}
     for name, part in knots.parts.items():
         matrices = [_matrix(f"{name} of a knot", matrix, n, as_sparse) for matrix in part]
@@ -147,10 +148,10 @@ def _checked_knots(knots: Knots, n: int, as_sparse: bool) -> Knots:
     return Knots(knots.speed, parts)
 
 
-def _matrix(name, matrix, n, as_sparse):
-    """A symmetric matrix of floats, dense or by columns; None for one of zeros that need not be there."""
+def _matrix(name: str, matrix: Any, n: int, as_sparse: bool) -> Any:
+    """A symmetric float matrix, dense or csc; None for an optional one that is zero."""
     if matrix.shape != (n, n):
-        raise ReductionError(f"{name} has shape {matrix.shape}, the mass {(n, n)}")
+        raise ReductionError(f"{name} has shape {matrix.shape}, but the mass has {(n, n)}")
     if as_sparse:
         matrix = scipy.sparse.csc_array(matrix)
         matrix.sum_duplicates()
@@ -159,7 +160,7 @@ def _matrix(name, matrix, n, as_sparse):
         matrix = matrix.toarray() if scipy.sparse.issparse(matrix) else np.asarray(matrix)
         entries = _finite(name, matrix)
     if np.iscomplexobj(entries):
-        raise ReductionError(f"{name} is complex; its skew part stands in a matrix of its own")
+        raise ReductionError(f"{name} is complex; give its skew part as a separate matrix")
     largest = np.abs(entries).max(initial=0.0)
     if not largest:
         return matrix.astype(float) if name in ("mass", "damping", "stiffness") else None
@@ -168,7 +169,7 @@ def _matrix(name, matrix, n, as_sparse):
     return _even(matrix)
 
 
-def _finite(name, values):
+def _finite(name: str, values: Any) -> Any:
     try:
         finite = np.isfinite(values).all()
     except TypeError:
@@ -184,18 +185,18 @@ def static_solver(body: Body) -> Callable[[NDArray[Any]], NDArray[Any]]:
     Raises
     ------
     ReductionError
-        The stiffness is not positive definite: the body can move freely, or it buckles.
+        The stiffness is not positive definite: there are rigid-body motions, or the body buckles.
     """
     diagonal = np.asarray(body.stiffness.diagonal())
     if (diagonal <= 0.0).any():
-        raise ReductionError(f"the stiffness does not hold coordinate {int(np.argmin(diagonal))}: {_ADVICE}")
+        raise ReductionError(f"coordinate {int(np.argmin(diagonal))} has no stiffness: {_ADVICE}")
     scale = 1.0 / np.sqrt(diagonal)
     if scipy.sparse.issparse(body.stiffness):
         try:
             factor = factored(_scaled(body.stiffness, scale))
         except RuntimeError:  # exactly singular
             raise _free() from None
-        # where rows and columns are exchanged alike the pivots are those of a symmetric elimination
+        # with equal row and column permutations the pivots are those of a symmetric elimination
         _hold(factor.U.diagonal() if (factor.perm_r == factor.perm_c).all() else np.zeros(1))
         return lambda columns: scale[:, None] * _by_parts(factor.solve, scale[:, None] * columns)
     try:
@@ -206,51 +207,51 @@ def static_solver(body: Body) -> Callable[[NDArray[Any]], NDArray[Any]]:
     return lambda columns: scale[:, None] * scipy.linalg.cho_solve((triangle, True), scale[:, None] * columns)
 
 
-_ADVICE = "a body that is free to move, or buckles, cannot be reduced; add the bearings or the foundation that hold it"
+_ADVICE = "a body with rigid-body motions, or one that buckles, cannot be reduced; add its bearings or foundation"
 
 
-def _hold(pivots):
+def _hold(pivots: FloatArray) -> None:
     if not (pivots > _FREE).all():
         raise _free()
 
 
-def _free():
+def _free() -> ReductionError:
     return ReductionError(f"the stiffness is not positive definite: {_ADVICE}")
 
 
-def _scaled(matrix, scale):
+def _scaled(matrix: Any, scale: FloatArray) -> Any:
     scaling = scipy.sparse.diags_array(scale)
     return scipy.sparse.csc_array(scaling @ matrix @ scaling)
 
 
 def factored(matrix: Matrix) -> Any:
-    """Factors of a sparse symmetric matrix that keep, as long as the pivots allow, the symmetric pattern."""
+    """LU factors of a sparse symmetric matrix, with the symmetric pattern as far as pivots allow."""
     options = {"SymmetricMode": True}
     return scipy.sparse.linalg.splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
 
 
-def _by_parts(solve, columns):
-    """Solutions of a real factorization for complex columns too."""
+def _by_parts(solve: Callable[[Any], Any], columns: Any) -> Any:
+    """Solve with a real factorization, also for complex columns."""
     columns = np.asarray(columns)
     if np.iscomplexobj(columns):
         return solve(np.ascontiguousarray(columns.real)) + 1j * solve(np.ascontiguousarray(columns.imag))
     return solve(np.ascontiguousarray(columns))
 
 
-ON_A_POLE = "the body is undamped and the band begins, ends or holds a point at one of its natural frequencies"
-# factor of a frequency that is exactly that of an undamped mode: it changes no digit of 1/H that counts
+ON_A_POLE = "the body is undamped and the band starts, ends or has a point at one of its natural frequencies"
+# factor to avoid a frequency that equals an undamped natural frequency; the change of 1/H is negligible
 OFF_THE_POLE = 1.0 + 1e-12
 
 
 def solutions(body: Body, Psi: FloatArray, Omega: FloatArray, columns: ComplexArray, moved: float = 1.0) -> ComplexArray:
-    """A(Psi, Omega)^-1 column of every point: (p,), (p,) and (n, p) -> (p, n).
+    """A(Psi, Omega)^-1 column for every point: (p,), (p,) and (n, p) -> (p, n).
 
-    A point exactly on a natural frequency of an undamped body is taken a little beside it; moved: factor of the frequencies.
+    A point exactly on a natural frequency of an undamped body is moved slightly; moved: factor of the frequencies.
 
     Raises
     ------
     ReductionError
-        Also there it has no solution.
+        There is no solution there either.
     """
     Psi = moved * Psi
     n = body.n_coordinates
@@ -275,8 +276,8 @@ def solutions(body: Body, Psi: FloatArray, Omega: FloatArray, columns: ComplexAr
     return solutions(body, Psi, Omega, columns, OFF_THE_POLE)
 
 
-def _sparse_solution(body, Psi, Omega, column):
-    """One solution, corrected by its residual: without row exchanges an elimination loses digits."""
+def _sparse_solution(body: Body, Psi: float, Omega: float, column: ComplexArray) -> ComplexArray:
+    """One solution with iterative refinement: elimination without row exchanges loses digits."""
     scale = 1.0 / np.sqrt(body.stiffness.diagonal())
     factor = factored(_scaled(dynamic_stiffness(body, Psi, Omega), scale))
     terms = terms_of(body)
@@ -289,10 +290,10 @@ def _sparse_solution(body, Psi, Omega, column):
 
 
 def product(matrix: Matrix, columns: NDArray[Any]) -> NDArray[Any]:
-    """matrix @ columns in extended precision, where the machine has it.
+    """matrix @ columns in extended precision, where available.
 
-    The forces of a smooth deflection are small differences of large ones: of a fine mesh its stiffness would otherwise be known
-    no better than rounding times the square of the highest natural frequency over its own.
+    The forces of a smooth deflection are small differences of large numbers: with a fine mesh its stiffness would otherwise be
+    known only up to rounding times the squared ratio of the highest natural frequency to its own.
     """
     return matrix.astype(np.longdouble) @ columns.astype(np.clongdouble if np.iscomplexobj(columns) else np.longdouble)
 
@@ -311,7 +312,7 @@ def highest_frequency(body: Body) -> float:
         inverse = scipy.sparse.linalg.LinearOperator(mass.shape, matvec=factored(mass).solve)
     except RuntimeError:
         return float("inf")
-    start = np.cos(np.arange(len(diagonal)))  # the same for every run
+    start = np.cos(np.arange(len(diagonal)))  # reproducible
     options = {"which": "LM", "tol": 1e-3, "v0": start, "return_eigenvectors": False}
     square = scipy.sparse.linalg.eigsh(stiffness, 1, M=mass, Minv=inverse, **options)
     return float(np.sqrt(square[0]))

@@ -1,15 +1,16 @@
-"""Bodies whose directions differ: reduced until the lines that these join are within the tolerance, too.
+"""Reduction of anisotropic bodies: refined until both coupled lines are within the tolerance.
 
-A bearing stiffer in y than in z joins a line at Psi with its mirror line at -Psi. With r = x e^{i Psi t} + conj(z) e^{-i Psi t}
+A bearing stiffer in y than in z couples a line at Psi with its mirror line at -Psi. With r = x e^{i Psi t} + conj(z) e^{-i Psi t}
 
     [ A(Psi)                  E + i Psi C      ] [ x ]   [ input at Psi           ]
     [ conj(E) + i Psi conj(C) conj(A(-Psi))    ] [ z ] = [ conj of input at -Psi  ]
 
-with the dynamic stiffness A of the mean of the directions (body.py). No motion of the mean need look like one of the machine: a
-bearing may be soft in one direction and not on the mean. So the basis that `reduce` finds for the mean takes solutions of both
-lines where the reduced body is worst, and the error that it leaves is found at points that had no part in it.
+with the dynamic stiffness A of the isotropic mean (body.py). Motions of the machine may differ from all motions of the mean: a
+bearing may be soft in one direction but not on average. So the basis that `reduce` finds for the mean is extended by solutions of
+both lines where the reduced body is worst, and the remaining error is determined at points not used for the basis.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -48,35 +49,35 @@ from rsc.system.body import Body, Matrix
 from rsc.system.knots import ANISOTROPIC, Knots
 
 BOTH_LINES = "both lines"  # name of the check
-_SPARSER = 5  # times fewer points in a body that is not solved at every point
+_SPARSER = 5  # factor by which points are fewer in a body that is not solved at every point
 
 
 @dataclass(frozen=True, eq=False)
 class Unequal:
-    """What acts on the conjugate of a body's displacements: complex symmetric matrices (n, n), E in N/m and C in N s/m, and what
-    they have besides at some rotor speeds, by the names `ANISOTROPIC`."""
+    """Matrices of a body that act on the conjugate of its displacements: complex symmetric (n, n), E in N/m and C in N s/m, plus
+    speed-dependent parts under the names `ANISOTROPIC`."""
 
     stiffness: Matrix
     damping: Matrix
     knots: Knots | None = None
 
     def projected(self, basis: FloatArray) -> "Unequal":
-        """The same in the coordinates of a basis (n, r)."""
+        """The matrices in the coordinates of a basis (n, r)."""
         return self._each(lambda matrix: congruent(matrix, basis))
 
     def at_speed(self, Omega: float) -> "Unequal":
-        """The same at a rotor speed in rad/s."""
+        """The matrices at a rotor speed in rad/s."""
         if self.knots is None:
             return self
         more = self.knots.at(Omega)
-        own = zip((self.stiffness, self.damping), ANISOTROPIC, strict=True)
-        return Unequal(*(matrix + more[name] if name in more else matrix for matrix, name in own))
+        constant = zip((self.stiffness, self.damping), ANISOTROPIC, strict=True)
+        return Unequal(*(matrix + more[name] if name in more else matrix for matrix, name in constant))
 
     def dense(self) -> "Unequal":
-        """The same of ndarrays."""
+        """The matrices as ndarrays."""
         return self._each(lambda matrix: matrix.toarray() if scipy.sparse.issparse(matrix) else matrix)
 
-    def _each(self, made):
+    def _each(self, made: Callable[[Any], Any]) -> "Unequal":
         knots = self.knots
         if knots is not None:
             knots = Knots(knots.speed, {name: np.array([made(matrix) for matrix in part]) for name, part in knots.parts.items()})
@@ -84,24 +85,25 @@ class Unequal:
 
 
 def congruent(matrix: Matrix, basis: FloatArray) -> NDArray[Any]:
-    """A symmetric matrix in the coordinates of a basis (n, r), V^T matrix V."""
+    """A symmetric matrix projected on a basis (n, r), V^T matrix V."""
     small = basis.T @ (matrix @ basis)
     return 0.5 * (small + small.T)
 
 
 class Place(NamedTuple):
-    """A frequency and a speed, rad/s, and the inputs there, numbers of columns of `doubled_inputs`."""
+    """A frequency and a speed in rad/s, and the inputs there as columns of `doubled_inputs`."""
 
     Psi: Any
     Omega: float
     columns: list[int]
 
 
-Known = list[tuple[Place, ComplexArray]]  # places with the motions of the full body there
+Known = list[tuple[Place, ComplexArray]]  # places with the solutions of the full body
 
 
 def doubled_inputs(body: Body) -> ComplexArray:
-    """(2n, 2c + m + 1): a force at every contact at Psi and one at -Psi, the unbalances, and the load, its own mirror line."""
+    """(2n, 2c + m + 1): for every contact a force at Psi and one at -Psi, the unbalances, and the load, which is its own
+    mirror."""
     none, load = np.zeros(body.n_coordinates), body.load
     forces = [pair for contact in np.atleast_2d(body.contact) for pair in ((contact, none), (none, contact))]
     pairs = [*forces, *((b, none) for b in body.unbalance.T), (load, load.conj())]
@@ -109,25 +111,25 @@ def doubled_inputs(body: Body) -> ComplexArray:
 
 
 def responses(body: Body, unequal: Unequal, place: Place, moved: float = 1.0) -> ComplexArray:
-    """x and z, (2n, k), for the inputs of a place; (p, 2n, k) if it has p frequencies and the body ndarrays.
+    """x and z, (2n, k), for the inputs of a place; (p, 2n, k) for p frequencies if the body has ndarrays.
 
-    moved : factor of its frequencies
+    moved : factor applied to its frequencies
 
     Raises
     ------
     ReductionError
-        On a pole of an undamped body, also a little beside.
+        On a pole of an undamped body, even if moved slightly.
     """
     Psi, Omega = moved * np.asarray(place.Psi), place.Omega
-    own, mirror = dynamic_stiffness(body, Psi, Omega), dynamic_stiffness(body, -Psi, Omega).conj()
+    direct, mirror = dynamic_stiffness(body, Psi, Omega), dynamic_stiffness(body, -Psi, Omega).conj()
     unequal = unequal.at_speed(Omega)
     inputs = doubled_inputs(body)[:, place.columns]
     try:
         if scipy.sparse.issparse(body.mass):
             across = [unequal.stiffness + 1j * w * unequal.damping for w in (Psi, -Psi)]
-            return factored(scipy.sparse.block_array([[own, across[0]], [across[1].conj(), mirror]])).solve(inputs)
+            return factored(scipy.sparse.block_array([[direct, across[0]], [across[1].conj(), mirror]])).solve(inputs)
         across = [unequal.stiffness + 1j * np.multiply.outer(w, unequal.damping) for w in (Psi, -np.asarray(Psi))]
-        return np.asarray(np.linalg.solve(np.block([[own, across[0]], [across[1].conj(), mirror]]), inputs), complex)
+        return np.asarray(np.linalg.solve(np.block([[direct, across[0]], [across[1].conj(), mirror]]), inputs), complex)
     except (np.linalg.LinAlgError, RuntimeError):  # exactly on a pole of an undamped body
         if moved > 1.0:
             raise ReductionError(ON_A_POLE) from None
@@ -135,7 +137,7 @@ def responses(body: Body, unequal: Unequal, place: Place, moved: float = 1.0) ->
 
 
 def antiresonances(body: Body, unequal: Unequal, reach: float, Omega: float) -> FloatArray:
-    """Frequencies up to `reach` where the contact of a body of few coordinates hardly moves in either line, rad/s."""
+    """Frequencies up to `reach` at which the contact of a small body hardly moves in one of the lines, rad/s."""
     grid = np.linspace(0.0, reach, N_FINE)
     forces = list(range(2 * n_contacts(body)))
     moved = np.kron(np.eye(2), body.contact) @ responses(body, unequal, Place(grid, Omega, forces))
@@ -145,7 +147,7 @@ def antiresonances(body: Body, unequal: Unequal, reach: float, Omega: float) -> 
 
 
 def natural_frequencies(body: Body, unequal: Unequal, Omega: float) -> FloatArray:
-    """Damped natural frequencies of a body of few coordinates, rad/s, positive: each has a line at plus and one at minus it."""
+    """Damped natural frequencies of a small body, rad/s, positive; each has lines at both signs."""
     body, unequal = body.at_speed(Omega), unequal.at_speed(Omega)
     n, terms, zero = body.n_coordinates, body.terms, np.zeros_like(body.mass)
     damping = terms["damping"] + 1j * terms.get("skew_damping", zero) - 1j * Omega * terms.get("gyroscopic", zero)
@@ -159,14 +161,15 @@ def natural_frequencies(body: Body, unequal: Unequal, Omega: float) -> FloatArra
 
 
 class _Comparison:
-    """A body with its unequal directions, compared with reduced ones at places."""
+    """Comparison of an anisotropic body with reduced ones at places."""
 
     def __init__(self, body: Body, unequal: Unequal, basis: Basis) -> None:
         self.body, self.unequal = body, unequal
         self.safety, self.exact, self.scale, self.contacts = basis.safety, basis.exact, basis.scale, basis.contacts
 
     def places(self, basis: Basis, band: tuple[float, float], speeds: tuple[float, float], offset: float) -> list[Place]:
-        """Places in the band, its mirror image and at the speeds, even and where the reduced body answers most and least."""
+        """Places in the band, its mirror image and at the speeds: equally spaced, and at extrema of the reduced body's
+        response."""
         reach, fewer, places = max(map(abs, band)), 1 if self.exact else _SPARSER, []
         forces = 2 * self.contacts
         small = basis.reduced, self.unequal.projected(basis.vectors)
@@ -183,7 +186,7 @@ class _Comparison:
         return places + [Place(0.0, Omega, [last]) for Omega in loaded if self.body.load.any()]
 
     def closer(self, known: Known, shares: FloatArray, band: tuple[float, float], speeds: tuple[float, float]) -> list[Place]:
-        """Places ever closer to the worst ones, as `points.closer`."""
+        """Places increasingly close to the worst ones, like `points.closer`."""
         steps, places = 0.5 ** np.arange(1, N_CLOSER + 1), []
         for i in np.argsort(shares.max(axis=1))[::-1][: N_WORST if self.exact else 1]:
             Psi, Omega, columns = known[i][0]
@@ -194,11 +197,11 @@ class _Comparison:
         return places
 
     def solved(self, places: list[Place]) -> Known:
-        """The places with the motions of the full body there."""
+        """The places with the solutions of the full body."""
         return [(place, responses(self.body, self.unequal, place)) for place in places]
 
     def errors(self, basis: Basis, known: Known) -> FloatArray:
-        """(p, k, c + q) relative errors of contacts and observers for each input; NaN where there are fewer inputs."""
+        """(p, k, c + q) relative errors at contacts and observers for each input; NaN at places with fewer inputs."""
         small, n = (basis.reduced, self.unequal.projected(basis.vectors)), self.body.n_coordinates
         r, outputs = basis.reduced.n_coordinates, self.body.outputs
         errors = np.full((len(known), max(len(place.columns) for place, _ in known), len(outputs)), np.nan)
@@ -206,7 +209,7 @@ class _Comparison:
             y = responses(*small, place)
             true = np.array([outputs @ exact[:n], outputs @ exact[n:]])
             small_ones = np.array([basis.reduced.outputs @ y[:r], basis.reduced.outputs @ y[r:]])
-            forces = np.array(place.columns)  # both at a contact are one input of `Scale`
+            forces = np.array(place.columns)  # both forces at a contact are one input of `Scale`
             columns = np.where(forces < 2 * self.contacts, forces // 2, forces - self.contacts)
             at = Points(np.full(columns.shape, place.Psi), np.full(columns.shape, place.Omega), columns, true, {})
             scale = self.scale.of(at, abs(true).max(axis=0).T, abs(small_ones).max(axis=0).T)
@@ -214,7 +217,7 @@ class _Comparison:
         return errors
 
     def shares(self, errors: FloatArray, tolerance: float) -> FloatArray:
-        """(p, k) errors against what is allowed, as in `Basis.shares`."""
+        """(p, k) errors relative to the allowed ones, as in `Basis.shares`."""
         allowed = np.where(np.arange(errors.shape[2]) < self.contacts, tolerance, np.sqrt(tolerance))
         return self.safety * np.nan_to_num(errors / allowed).max(axis=2)
 
@@ -235,27 +238,27 @@ class _Comparison:
 def reduce_unequal(
     body: Body, unequal: Unequal, band: tuple[float, float], speeds: tuple[float, float], tolerance: float = 1e-4
 ) -> Reduced:
-    """Reduce a body whose directions differ.
+    """Reduce an anisotropic body.
 
     Parameters
     ----------
     body : Body
-        The mean of the directions.
+        The isotropic mean.
     unequal : Unequal
-        In its coordinates.
+        The anisotropic matrices, in its coordinates.
     band, speeds, tolerance
-        As for `reduce`. The tolerance is that of the mean, and of the body as it is: of both lines of its contact's receptance
-        for frequencies of the band and their mirror images, of the unbalance responses and of the static deflection.
+        As for `reduce`. The tolerance holds for the mean, and for the anisotropic body: for both lines of the contact receptance
+        at frequencies of the band and their mirror images, unbalance responses and static deflection.
 
     Returns
     -------
     Reduced
-        Its last check, `BOTH_LINES`, is that of the body as it is.
+        Its last check, `BOTH_LINES`, is that of the anisotropic body.
 
     Raises
     ------
     ReductionError
-        As `reduce`.
+        As for `reduce`.
     """
     body = checked(body)
     if not scipy.sparse.issparse(body.mass):
@@ -288,7 +291,7 @@ def _basis(body: Body, vectors: NDArray[np.float64]) -> Basis:
     return basis
 
 
-def _worst(errors, places):
+def _worst(errors: FloatArray, places: Known) -> Check:
     i, k = np.unravel_index(np.nanargmax(errors), errors.shape)
     Psi, Omega, _ = places[i][0]
     return Check(BOTH_LINES, "contact", float(errors[i, k]), Psi, Omega, False)

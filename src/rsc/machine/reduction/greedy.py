@@ -1,4 +1,4 @@
-"""The basis of a reduction: solutions of the full body where the reduced one is worst, taken one after another.
+"""Greedy basis of a reduction: solutions of the full body are added where the reduced body is worst.
 
 Galerkin projection with a real basis V, orthonormal with the stiffness, keeps every matrix real and symmetric. The reduced
 displacement V y leaves the residual rho = input - A V y; the error at a contact is exactly rho_l^T A^-1 rho with the residual
@@ -25,10 +25,10 @@ from rsc.machine.reduction.body import (
 from rsc.machine.reduction.points import Points, Scale
 from rsc.system.body import Body
 
-# what is left of a direction, against the whole, after what the basis has of it: below, nothing but rounding
+# a direction whose remainder after orthogonalisation is below this fraction is in the basis up to rounding
 _ROUNDING = 1e-11
-MOST_COORDINATES = 200  # of a reduced body
-# the largest error found is stated so many times larger: between the points there may be a larger one; of one that was estimated
+MOST_COORDINATES = 200  # limit for a reduced body
+# factors on the largest error found, since errors between the points may be larger; the second for estimated errors
 SAFETY, SAFETY_ESTIMATED = 2.0, 3.0
 
 
@@ -38,12 +38,12 @@ class Basis:
     Attributes
     ----------
     scale : Scale of the errors
-    vectors : (n, r) basis, orthonormal with the stiffness
+    vectors : (n, r) basis, orthonormal with respect to the stiffness
     reduced : Body of r coordinates
-    exact : whether every point is solved; of larger bodies errors are estimated
-    safety : what errors found are multiplied with before they are stated
-    contacts : how many places touch, c
-    margin : what estimates are multiplied with: the largest ratio of a true error to its estimate in the last check, at least 1
+    exact : whether every point is solved; for larger bodies errors are estimated
+    safety : factor on the errors found before they are stated
+    contacts : number of contact locations c
+    margin : factor on estimates: the largest ratio of true error to estimate in the last check, at least 1
     """
 
     def __init__(self, body: Body) -> None:
@@ -63,14 +63,14 @@ class Basis:
             self.add(self._inputs[:, contact])
 
     def add(self, *states: ComplexArray) -> bool:
-        """Add of solutions the direction, among their real and imaginary parts, of which the basis lacks most (in energy).
+        """Add to the basis the direction, among real and imaginary parts of solutions, that it lacks most (in energy).
 
-        All parts at once would often be some coordinates too many; another is taken when its point is the worst again.
+        Adding all parts at once would often be too many coordinates; further ones follow when the point is worst again.
 
         Returns
         -------
         bool
-            False if the basis has all solutions to rounding.
+            False if the basis contains all solutions up to rounding.
         """
         parts = np.column_stack([part for state in states for part in (state.real, state.imag)])
         whole = float(np.trace(self._energies(parts)))
@@ -78,18 +78,18 @@ class Basis:
         energies, turn = np.linalg.eigh(self._energies(parts))
         if energies[-1] <= _ROUNDING**2 * whole:
             return False
-        # twice more: what was left may have been small against what was taken away
+        # orthogonalise twice again: the remainder may have been small compared with what was subtracted
         vector = self._orthogonal(self._orthogonal(parts @ turn[:, -1] / np.sqrt(energies[-1])))
         self._append(vector / np.sqrt(self._energies(vector)))
         return True
 
-    def _energies(self, columns):
+    def _energies(self, columns: FloatArray) -> FloatArray:
         return columns.T @ product(self.body.stiffness, columns).astype(float)
 
-    def _orthogonal(self, columns):
+    def _orthogonal(self, columns: FloatArray) -> FloatArray:
         return columns - self.vectors @ (self._images["stiffness"].T @ columns)
 
-    def _append(self, vector):
+    def _append(self, vector: FloatArray) -> None:
         self.vectors = np.column_stack([self.vectors, vector])
         for name, matrix in self._terms.items():
             image = product(matrix, vector).astype(float)
@@ -100,7 +100,7 @@ class Basis:
         self.reduced, self._gram = projected(self.body, self.vectors, self._images), None
 
     def errors(self, points: Points) -> FloatArray:
-        """(p, c + q) relative errors; of observers NaN where the full body was not solved."""
+        """(p, c + q) relative errors; NaN at observers where the full body was not solved."""
         y = solutions(self.reduced, points.Psi, points.Omega, self.reduced.inputs[:, points.column])
         values = y @ self.reduced.outputs.T
         solved = np.isfinite(points.exact[:, 0])
@@ -110,13 +110,13 @@ class Basis:
         return differences / self.scale.of(points, np.where(np.isfinite(points.exact), points.exact, values), values)
 
     def shares(self, points: Points, tolerance: float) -> FloatArray:
-        """(p,) errors times `safety` against what is allowed: the tolerance at contacts, its root at observers."""
+        """(p,) errors times `safety` relative to the allowed ones: the tolerance at contacts, its square root at observers."""
         errors = self.errors(points) / tolerance
         errors[:, self.contacts :] *= np.sqrt(tolerance)
         return self.safety * np.nan_to_num(errors, nan=0.0).max(axis=1)
 
     def learn(self, points: Points, places: np.ndarray) -> None:
-        """Compare estimates with the truth at places that have been solved, for the margin."""
+        """Update the margin by comparing estimates with true errors at solved points."""
         y = solutions(self.reduced, points.Psi[places], points.Omega[places], self.reduced.inputs[:, points.column[places]])
         chosen = replace(points, **{name: getattr(points, name)[places] for name in ("Psi", "Omega", "column")})
         estimates = self._estimates(chosen, y)
@@ -127,16 +127,16 @@ class Basis:
         self.margin = float(ratios[differences > 100.0 * rounding].max(initial=1.0))
 
     def _estimates(self, points: Points, y: ComplexArray) -> FloatArray:
-        """(p, c) |rho_l^T A^-1 rho| with K for A: what a good basis leaves out lies above the band and deflects as if static."""
-        own, estimates = self._residual_energies(points, y), []
+        """(p, c) |rho_l^T A^-1 rho| with K for A: what a good basis omits is above the band and responds quasi-statically."""
+        energies, estimates = self._residual_energies(points, y), []
         for i in range(self.contacts):
             contact = replace(points, column=np.full_like(points.column, i))
             y_contact = solutions(self.reduced, points.Psi, points.Omega, self.reduced.inputs[:, contact.column])
-            estimates.append(np.sqrt(np.abs(own * self._residual_energies(contact, y_contact))))
+            estimates.append(np.sqrt(np.abs(energies * self._residual_energies(contact, y_contact))))
         return np.column_stack(estimates)
 
-    def _residual_energies(self, points, y):
-        """rho^H K^-1 rho of the residual at every point."""
+    def _residual_energies(self, points: Points, y: ComplexArray) -> FloatArray:
+        """(p,) rho^H K^-1 rho of the residual at every point."""
         factor = factors_of(self.body, points.Psi, points.Omega)
         parts = [-factor[name][:, None] * y for name in self._images]
         coefficients = np.hstack([np.eye(self._inputs.shape[1])[points.column], *parts])
@@ -146,7 +146,8 @@ class Basis:
         return np.einsum("pi,pi->p", coefficients.conj(), coefficients @ self._gram.T).real
 
     def grow(self, points: Points, tolerance: float) -> list[tuple[int, float]]:
-        """Add solutions where the error is largest until none is above the tolerance; (coordinates, error) of every step."""
+        """Add solutions where the error is largest until all are within the tolerance; returns (coordinates, error) of each
+        step."""
         if self.exact:
             unsolved = np.flatnonzero(np.isnan(points.exact[:, 0]))
             points.solve(self.body, unsolved)
@@ -173,5 +174,5 @@ class Basis:
 
 
 def unmet(tolerance: float, n: int, error: float) -> ReductionError:
-    """The refusal of a tolerance that so many coordinates do not meet."""
+    """The error for a tolerance that n coordinates do not meet."""
     return ReductionError(f"tolerance = {tolerance:.3g} cannot be met: {n} coordinates leave a relative error of {error:.2g}")

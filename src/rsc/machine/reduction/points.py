@@ -1,4 +1,4 @@
-"""Where a full and a reduced body are compared: points of frequency, speed and input, and what an error is related to."""
+"""Points of frequency, speed and input at which full and reduced body are compared, and the scale of the errors."""
 
 from dataclasses import dataclass
 
@@ -8,36 +8,36 @@ import scipy.linalg
 from rsc.machine.reduction.body import ComplexArray, FloatArray, n_contacts, solutions
 from rsc.system.body import Body
 
-# the smallest response that an error is related to, against that of a body of one degree of freedom (see `Scale`)
+# smallest response to which an error is related, relative to that of a single-degree-of-freedom body (see `Scale`)
 FLOOR = 0.01
-# and the largest one, beyond which 1/H is compared: at an undamped resonance H has no digits
+# largest one, beyond which 1/H is compared: at an undamped resonance H has no significant digits
 CEILING = 1000.0
 N_FREQUENCIES, N_SPEEDS, N_SYNCHRONOUS = 41, 5, 25
-# how far beside a natural frequency its point lies: an undamped body's receptance is infinite at it
+# relative distance of a point from its natural frequency, at which the receptance of an undamped body is infinite
 BESIDE = 3e-4
-# points that others are put around, how many to each side, every one half as far as the one before; points of a reduced body
+# points that are refined, points added on each side at successively half the distance; grid points for a reduced body
 N_WORST, N_CLOSER, N_FINE = 8, 7, 400
 
 
 @dataclass(eq=False)
 class Points:
-    """Points (Psi, Omega, column of the inputs) at which full and reduced body are compared, with what is known there."""
+    """Comparison points (Psi, Omega, input column) of full and reduced body, with exact solutions where available."""
 
     Psi: FloatArray  # (p,) rad/s
     Omega: FloatArray  # (p,) rad/s
-    column: np.ndarray  # (p,) int: the contact rows (mostly 0 alone), then the unbalances, last the load
+    column: np.ndarray  # (p,) int: contact rows (usually only 0), then unbalances, then the load
     exact: ComplexArray  # (p, c + q) displacement of contacts and observers of the full body; NaN where not solved
-    states: dict[int, ComplexArray]  # i -> (n,) solution of the full body where there is one
+    states: dict[int, ComplexArray]  # i -> (n,) solution of the full body, where solved
     n_contacts: int = 1  # c
 
     def solve(self, body: Body, places: np.ndarray) -> None:
-        """Solve the full body at these places."""
+        """Solve the full body at the points with these indices."""
         columns = body.inputs[:, self.column[places]]
         for i, x in zip(places, solutions(body, self.Psi[places], self.Omega[places], columns), strict=True):
             self.states[int(i)], self.exact[i] = x, body.outputs @ x
 
     def joined(self, other: "Points") -> "Points":
-        """Both sets of points."""
+        """Both sets of points as one."""
         shifted = {len(self.Psi) + i: x for i, x in other.states.items()}
         names = ("Psi", "Omega", "column", "exact")
         arrays = {name: np.concatenate([getattr(self, name), getattr(other, name)]) for name in names}
@@ -45,11 +45,11 @@ class Points:
 
 
 def points(body: Body, reduced: Body, band: tuple[float, float], speeds: tuple[float, float], offset: float) -> Points:
-    """Points in the band and at the speeds; an offset between 0 and 1 puts them between those of offset 0.
+    """Points in the band and at the speeds; an offset between 0 and 1 shifts them between those of offset 0.
 
-    The receptance is sampled evenly, beside undamped natural frequencies, and where that of the reduced body has its peaks and
-    antiresonances; of a body that is alike forward and backward on one side only. So is each unbalance response, along the
-    speeds. The load is one point. Of several contacts each has its own receptance, with a force there.
+    The receptance is sampled at equal spacing, next to undamped natural frequencies, and at peaks and antiresonances of the
+    reduced body; for a body with equal forward and backward whirl on one side only. Unbalance responses are sampled likewise
+    along the speeds. The load is one point. With several contacts each has its own receptance, with a force there.
     """
     resonant = body if isinstance(body.mass, np.ndarray) else reduced
     Omegas, beside = compared_speeds(body, speeds, N_SPEEDS, offset), 1.0 + BESIDE * (1.0 + offset)
@@ -80,13 +80,13 @@ def points(body: Body, reduced: Body, band: tuple[float, float], speeds: tuple[f
 
 
 def extrema(reduced: Body, ends: tuple[float, float], column: int, contact: int, Omega: float | None) -> FloatArray:
-    """Frequencies of the local maxima and minima of a contact's response to an input, at a speed or (None) synchronous; rad/s."""
+    """Frequencies of local extrema of a contact's response to an input, at a speed or (None) synchronous; rad/s."""
     low, high = ends
     row = reduced.outputs[contact]
     if low == high:
         return np.zeros(0)
 
-    def size(Psi):
+    def size(Psi: FloatArray) -> FloatArray:
         flat = Psi.ravel()
         columns = np.repeat(reduced.inputs[:, column : column + 1], flat.size, axis=1)
         x = solutions(reduced, flat, flat if Omega is None else np.full(flat.shape, Omega), columns)
@@ -97,15 +97,15 @@ def extrema(reduced: Body, ends: tuple[float, float], column: int, contact: int,
     change = np.sign(np.diff(values))
     turns = 1 + np.flatnonzero(change[:-1] * change[1:] < 0.0)
     places, sign, step = grid[turns], change[turns - 1], grid[1] - grid[0]
-    for _ in range(2):  # the largest or smallest of nine places around, twice
+    for _ in range(2):  # refine twice: the extremum among nine neighbouring points
         around = places[:, None] + step * np.linspace(-1.0, 1.0, 9)
         places = np.take_along_axis(around, np.argmax(sign[:, None] * size(around), axis=1)[:, None], axis=1)[:, 0]
         step /= 4.0
-    return places * (1.0 + 1e-6)  # of an undamped body not the peak itself
+    return places * (1.0 + 1e-6)  # not exactly at the peak of an undamped body
 
 
 def closer(around: Points, errors: FloatArray, band: tuple[float, float], speeds: tuple[float, float]) -> Points:
-    """Points ever closer to the worst ones: near a resonance or an antiresonance an error has a narrow peak.
+    """Points increasingly close to the worst ones, since errors have narrow peaks near resonances and antiresonances.
 
     errors : (p,) at the points `around`.
     """
@@ -124,7 +124,7 @@ def closer(around: Points, errors: FloatArray, band: tuple[float, float], speeds
 
 
 def between(ends: tuple[float, float], count: int, offset: float) -> FloatArray:
-    """So many even points with both ends; with an offset those between them."""
+    """`count` equally spaced points including both ends; with an offset, points between them."""
     low, high = ends
     if low == high:
         return np.array([low])
@@ -134,8 +134,8 @@ def between(ends: tuple[float, float], count: int, offset: float) -> FloatArray:
 
 
 def compared_speeds(body: Body, speeds: tuple[float, float], count: int, offset: float) -> FloatArray:
-    """Speeds at which a body is compared: even ones, one where it does not turn; with coefficients that follow the speed the
-    knots as well, so that each of their matrices is met."""
+    """Speeds at which a body is compared: equally spaced; a single one if the body does not depend on the speed; with
+    speed-dependent coefficients also the knots, so that each of their matrices is covered."""
     if body.knots is None or speeds[0] == speeds[1]:
         return between(speeds, count if body.turns else 1, offset)
     inside = body.knots.speed[(body.knots.speed > speeds[0]) & (body.knots.speed < speeds[1])]
@@ -144,7 +144,7 @@ def compared_speeds(body: Body, speeds: tuple[float, float], count: int, offset:
 
 
 def natural_frequencies(body: Body, Omega: float) -> FloatArray:
-    """Signed undamped natural frequencies at a speed, rad/s; of a sparse body none."""
+    """Signed undamped natural frequencies at a speed, rad/s; empty for a sparse body."""
     if not isinstance(body.mass, np.ndarray):
         return np.zeros(0)
     mass, gyroscopic = _by_stiffness(body.at_knots(Omega))
@@ -160,8 +160,8 @@ def natural_frequencies(body: Body, Omega: float) -> FloatArray:
 
 
 def critical_speeds(body: Body) -> FloatArray:
-    """Undamped critical speeds, at which a natural frequency is the speed, rad/s; of a sparse body none. Where coefficients
-    follow the speed, those that it would have with the coefficients of each knot."""
+    """Undamped critical speeds, at which a natural frequency equals the speed, rad/s; empty for a sparse body. With
+    speed-dependent coefficients, those for the coefficients of each knot."""
     if not isinstance(body.mass, np.ndarray):
         return np.zeros(0)
     if body.knots is not None:
@@ -171,11 +171,11 @@ def critical_speeds(body: Body) -> FloatArray:
     return np.sort(1.0 / np.sqrt(slow[slow > 1e-18 * slow.max(initial=0.0)]))
 
 
-def _by_stiffness(body):
+def _by_stiffness(body: Body) -> tuple[FloatArray, FloatArray | None]:
     """Mass and gyroscopic matrix in coordinates where the stiffness is the identity."""
     triangle = scipy.linalg.cholesky(body.stiffness, lower=True)
 
-    def turned(matrix):
+    def turned(matrix: FloatArray) -> FloatArray:
         half = scipy.linalg.solve_triangular(triangle, matrix, lower=True)
         whole = scipy.linalg.solve_triangular(triangle, half.T, lower=True)
         return 0.5 * (whole + whole.T)
@@ -184,33 +184,33 @@ def _by_stiffness(body):
 
 
 class Scale:
-    """What errors of the contact's and the observers' displacements are related to: the response, but at least a floor.
+    """Scale of the errors of contact and observer displacements: the response, limited below and above.
 
-    The static flexibility between input and output is at most the root of the product of their own ones. The body of one degree
-    of freedom that moves as the contact deflects under a static force has it divided by 1 + (Psi / Psi_one)^2, up to the sign
-    of resonance. A response 1/FLOOR times smaller is an antiresonance: where the contact does not move, its motion has no digits.
-    One CEILING times larger is an undamped resonance, at which the smallest shift of the pole is an error of all of H: there the
-    errors of 1/H are related to the smallest 1/H, (1/H - 1/H_r) CEILING = (H - H_r) / (H H_r / CEILING). Of several contacts each
-    has such a body for a force at it, and what acts elsewhere the heaviest of them.
+    The static flexibility between input and output is at most the geometric mean of their direct flexibilities. A body with one
+    degree of freedom, moving like the static deflection of the contact, has it divided by 1 + (Psi / Psi_one)^2, apart from the
+    sign of resonance. A response 1/FLOOR times smaller is an antiresonance, where the motion of the contact has no significant
+    digits. One CEILING times larger is an undamped resonance, where the smallest shift of the pole is an error of all of H: there
+    errors of 1/H are related to the smallest 1/H, (1/H - 1/H_r) CEILING = (H - H_r) / (H H_r / CEILING). With several contacts
+    each has such a body for a force at it; for other inputs that with the lowest frequency is used.
 
     Parameters
     ----------
     body : Body
     inputs : (n, c + m + 1)
-        Static deflections under the inputs.
+        Static deflections due to the inputs.
     outputs : (n, c + q)
-        Static deflections under the outputs.
+        Static deflections due to unit forces at the outputs.
     """
 
     def __init__(self, body: Body, inputs: ComplexArray, outputs: FloatArray) -> None:
         self._input = np.einsum("ij,ij->j", body.inputs.conj(), inputs).real
         self._output = np.einsum("ij,ij->j", body.outputs.T, outputs)
         c = n_contacts(body)
-        own = [np.sqrt(self._output[i] / (shape @ (body.mass @ shape))) for i, shape in enumerate(outputs.T[:c])]
-        self._Psi_one = np.array(own + [min(own)] * (len(self._input) - c))  # of every input
+        alone = [np.sqrt(self._output[i] / (shape @ (body.mass @ shape))) for i, shape in enumerate(outputs.T[:c])]
+        self._Psi_one = np.array(alone + [min(alone)] * (len(self._input) - c))  # of every input
 
     def of(self, points: Points, values: ComplexArray, reduced: ComplexArray) -> FloatArray:
-        """(p, c + q) for the displacements (p, c + q) at points, and those of the reduced body."""
+        """(p, c + q) scales for displacements (p, c + q) at points, and those of the reduced body."""
         static = np.sqrt(self._input[points.column][:, None] * self._output)
         one = static / (1.0 + (points.Psi / self._Psi_one[points.column])[:, None] ** 2)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

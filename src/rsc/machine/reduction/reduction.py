@@ -1,12 +1,13 @@
-"""`reduce`: a body of a machine in as few coordinates as a tolerance of its contact receptance allows.
+"""`reduce`: a body of a machine with as few coordinates as a tolerance of its contact receptance allows.
 
-The basis grows as greedy.py says until the receptance over the band of whirls and the unbalance response over the speeds are
-within the tolerance, and both are compared with the full body at points that had no part in it. The first of the new coordinates
-is the displacement at the contact; all have the same mass, and the others are the modes of the body with its contact held. Of
-several contacts each has a coordinate, and their masses are coupled.
+The basis grows (greedy.py) until the receptance over the band of whirls and the unbalance response over the speeds are within the
+tolerance; both are then compared with the full body at points not used for the basis. The first of the new coordinates is the
+displacement at the contact; all have the same mass, and the others are the modes with the contact fixed. With several contacts
+each has a coordinate, and their masses are coupled.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -20,33 +21,34 @@ from rsc.machine.reduction.points import Points, closer, points
 from rsc.system.blas import one_thread
 from rsc.system.body import Body
 
-# where between the points of the basis those of each check lie; after so many failed ones the tolerance is given up
+# relative position of the points of each check between those of the basis; after the last failed one `reduce` gives up
 OFFSETS = (0.5, 0.25, 0.75, 0.37, 0.62, 0.12)
-_CHECKED = 6  # points of a check that are solved exactly where not all are
-SMALLEST, LARGEST = 1e-10, 0.1  # of the tolerance
+_CHECKED = 6  # points of a check that are solved exactly if not all are
+SMALLEST, LARGEST = 1e-10, 0.1  # limits of the tolerance
 _ALIKE = 1e-9  # least eigenvalue of the contacts' compliances, scaled to a diagonal of ones
 
 
 @dataclass(frozen=True)
 class Check:
-    """Largest relative error of one response, at points that had no part in the basis; of several contacts their receptances,
-    all of the matrix, are one response and they are one place."""
+    """Largest relative error of one response at points not used for the basis; with several contacts the whole matrix of their
+    receptances counts as one response at one place."""
 
     response: str  # "receptance", "unbalance 0", ... or "load"
     place: str  # "contact" or "observer 0", ...
-    error: float  # against the response (`points.Scale`), the largest found times `Basis.safety`
+    error: float  # relative to `points.Scale`, the largest one found times `Basis.safety`
     Psi: float  # rad/s, where it is largest
     Omega: float  # rad/s
-    estimated: bool  # from the residual: the full body was solved at some of the points only
+    estimated: bool  # from the residual; the full body was solved at some points only
 
 
 @dataclass(frozen=True, eq=False)
 class Reduced:
-    """A reduced body, what it was made of, and how well it does.
+    """A reduced body with its origin and its errors.
 
     The mass is the identity times the effective mass at the contact, the contact row (1, 0, ..., 0), and the stiffness diagonal
-    but for its first row and column. Against coordinates of unit mass this is a rotation and one factor: condition number 1.
-    Of c contacts the rows are those of the identity, the first c masses a matrix, and c rows and columns of the stiffness full.
+    except for its first row and column. From coordinates of unit mass this is a rotation times one factor: condition number 1.
+    With c contacts the contact rows are those of the identity, the first c masses a matrix, and c rows and columns of the
+    stiffness full.
     """
 
     body: Body  # of r coordinates
@@ -56,11 +58,11 @@ class Reduced:
     speeds: tuple[float, float]  # rad/s
     tolerance: float
     checks: tuple[Check, ...]
-    steps: tuple[tuple[int, float], ...]  # coordinates and error at the points of the basis while it grew
+    steps: tuple[tuple[int, float], ...]  # (coordinates, error) while the basis grew
     highest_before: float  # rad/s, undamped natural frequency at standstill
     highest_after: float
     error: float  # largest of the checks at the contact
-    model: Model | None = None  # of a scene: the machine as it was read, with its bearings
+    model: Model | None = None  # for a scene: the full machine with its bearings
 
     def recover(self, displacements: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Displacements, or velocities, (..., r) of the reduced body -> (..., n) of the full one."""
@@ -80,19 +82,18 @@ def reduce(
     Parameters
     ----------
     body : Body
-        With its contact row or rows, unbalances, load and observers. Up to 300 coordinates every point is solved; of a larger
-        body, with sparse matrices, the solutions of the basis and a few more, and errors elsewhere are estimated from the
-        residual.
+        With contact row or rows, unbalances, load and observers. Up to 300 coordinates every point is solved; for a larger body,
+        with sparse matrices, only those of the basis and a few more, and errors elsewhere are estimated from the residual.
     band : (float, float), rad/s
         Lowest and highest whirl frequency Psi; backward whirls are negative.
     speeds : (float, float), rad/s
         Lowest and highest rotor speed Omega.
     tolerance : float
-        Largest relative error of the contact's receptance over the band (of several contacts: of the whole matrix of receptances
-        between them), and of its response to each unbalance over the speeds and to the load. What observers are to show is held
-        to the root of it: the error at the contact is the square of the basis's, at other places it is as large as that.
+        Largest relative error of the contact receptance over the band (several contacts: of the matrix of receptances between
+        them), and of its response to each unbalance over the speeds and to the load. Observers are held to its square root: the
+        error at the contact is quadratic in that of the basis, elsewhere it is linear.
     begin : (n, k), optional
-        Motions that the reduced body keeps whatever its error.
+        Motions that the reduced body contains in any case.
 
     Returns
     -------
@@ -127,7 +128,7 @@ def reduce(
     raise unmet(tolerance, steps[-1][0], tolerance * float(shares.max()))
 
 
-def _range(name, ends, least_width=False):
+def _range(name: str, ends: tuple[float, float], least_width: bool = False) -> tuple[float, float]:
     low, high = (float(end) for end in ends)
     if not (np.isfinite([low, high]).all() and (low < high if least_width else low <= high)):
         raise ReductionError(f"{name} = {low:g} to {high:g} rad/s must be two finite numbers, the lower one first")
@@ -135,7 +136,7 @@ def _range(name, ends, least_width=False):
 
 
 def _compared(basis: Basis, fresh: Points, tolerance: float) -> Points:
-    """Fresh points, solved; of a large body the worst of each input and some others are."""
+    """New points, solved; for a large body only the worst of each input and some others."""
     if basis.exact:
         fresh.solve(basis.body, np.arange(len(fresh.Psi)))
         return fresh
@@ -150,12 +151,12 @@ def _compared(basis: Basis, fresh: Points, tolerance: float) -> Points:
         worst = int(np.argmax(shares))
         if shares[worst] <= 1.0 or worst in fresh.states:
             break
-        fresh.solve(basis.body, np.array([worst]))  # a margin that is too cautious is no reason for more coordinates
+        fresh.solve(basis.body, np.array([worst]))  # an overly cautious margin is no reason for more coordinates
     return fresh
 
 
 def checks_at(body: Body, places: Points, errors: FloatArray, estimated: bool) -> tuple[Check, ...]:
-    """The largest error of every response at the contacts and at every observer, of errors (p, c + q) with NaN where unknown."""
+    """The largest error of every response at the contacts and at every observer; errors (p, c + q), NaN where unknown."""
     c = places.n_contacts
     last = body.unbalance.shape[1] + c
     errors = np.column_stack([errors[:, :c].max(axis=1), errors[:, c:]])
@@ -173,8 +174,8 @@ def checks_at(body: Body, places: Points, errors: FloatArray, estimated: bool) -
     return tuple(checks)
 
 
-def _finished(basis, band, speeds, tolerance, checks, steps):
-    # at one contact all masses are equal, and machines that were reduced before there were several contacts keep their bits
+def _finished(basis: Basis, band: Any, speeds: Any, tolerance: float, checks: tuple[Check, ...], steps: Any) -> Reduced:
+    # separate code for one contact: all masses are equal, and results of earlier versions keep their bits
     turn, mass = (contact_coordinates if basis.contacts == 1 else several_coordinates)(basis.reduced)
     body = turned(basis.reduced, turn, mass)
     return Reduced(
@@ -193,7 +194,7 @@ def _finished(basis, band, speeds, tolerance, checks, steps):
 
 
 def contact_coordinates(body: Body) -> tuple[FloatArray, float]:
-    """Coordinates of equal mass, of which the first is the displacement at the contact and the others are modes with it held.
+    """Coordinates of equal mass: the first is the displacement at the contact, the others are modes with the contact fixed.
 
     With coordinates of unit mass and the contact row phi in them, a rotation whose first column is phi/|phi| and the factor
     1/|phi| make the row (1, 0, ..., 0) and every mass 1/|phi|^2: the effective mass at the contact.
@@ -201,7 +202,7 @@ def contact_coordinates(body: Body) -> tuple[FloatArray, float]:
     Returns
     -------
     turn : (r, r)
-        Old coordinates = turn @ new ones.
+        Old coordinates = turn @ new coordinates.
     mass : float, kg
     """
     triangle = _triangle(body)
@@ -216,28 +217,29 @@ def contact_coordinates(body: Body) -> tuple[FloatArray, float]:
 
 
 def several_coordinates(body: Body) -> tuple[FloatArray, FloatArray]:
-    """Coordinates of which the first c are the displacements at c contacts, the others modes with all of them held.
+    """Coordinates: the first c are the displacements at c contacts, the others modes with all contacts fixed.
 
     With coordinates of unit mass and the contact rows Phi (c, r) in them, the motions Phi^T (Phi Phi^T)^-1 move one contact each;
-    their masses (Phi Phi^T)^-1 are coupled, and with those of the held modes they are not. These have the mass of the first.
+    their masses (Phi Phi^T)^-1 are coupled with each other but not with the fixed-contact modes, which have the mass of the
+    first.
 
     Returns
     -------
     turn : (r, r)
-        Old coordinates = turn @ new ones.
+        Old coordinates = turn @ new coordinates.
     mass : (r, r), kg
 
     Raises
     ------
     ReductionError
-        Contacts that move alike in all motions that are kept.
+        Contacts that move together in all motions of the basis.
     """
     triangle = _triangle(body)
     phi = scipy.linalg.solve_triangular(triangle, body.contact.T, lower=True)
     c, compliance = phi.shape[1], phi.T @ phi
     scale = 1.0 / np.sqrt(compliance.diagonal())
     if np.linalg.eigvalsh(scale[:, None] * compliance * scale).min() < _ALIKE:
-        raise ReductionError("two contacts move alike in every motion of the band: give them one node, or a wider band")
+        raise ReductionError("two contacts move together in every motion of the band: put them at one node, or widen the band")
     masses = np.linalg.inv(compliance)
     masses = 0.5 * (masses + masses.T)
     held = np.linalg.qr(phi, mode="complete")[0][:, c:] * np.sqrt(masses[0, 0])
@@ -249,16 +251,16 @@ def several_coordinates(body: Body) -> tuple[FloatArray, FloatArray]:
     return np.column_stack([moving, held @ modes]), mass
 
 
-def _triangle(body):
+def _triangle(body: Body) -> FloatArray:
     """Cholesky factor of the mass, lower."""
     try:
         return scipy.linalg.cholesky(body.mass, lower=True)
     except np.linalg.LinAlgError:
-        raise ReductionError("the mass matrix is not positive definite in the motions that are kept") from None
+        raise ReductionError("the mass matrix is not positive definite in the reduced coordinates") from None
 
 
 def turned(body: Body, turn: FloatArray, mass: float | FloatArray) -> Body:
-    """The body in `contact_coordinates` or `several_coordinates`, with the mass and contact rows of these but for rounding."""
+    """The body in `contact_coordinates` or `several_coordinates`, with their exact mass and contact rows, free of rounding."""
     r, c = turn.shape[1], n_contacts(body)
     mass = mass if np.ndim(mass) else mass * np.eye(r)
     return replace(projected(body, turn), mass=mass, contact=np.eye(r)[0] if body.contact.ndim == 1 else np.eye(r)[:c])

@@ -1,6 +1,6 @@
-"""How far receptances of a reduced body lie from those of the full one: one full solution for each contact.
+"""Difference between receptances of a reduced and the full body: one full solution per contact.
 
-The reduced body's error of the receptance is not bounded but computed: the full dynamic stiffness is solved where it matters.
+The error of a reduced receptance is not bounded but computed: the full dynamic stiffness is solved where it matters.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""From a shaft and the places of its nodes to a `Model`."""
+"""Assembly of a `Model` from a shaft and the positions of its nodes."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -26,15 +26,15 @@ def model_of(shaft: Shaft, nodes: Sequence[float], source: str) -> Model:
     ----------
     shaft : Shaft
     nodes : sequence of float
-        Places of the nodes in m, rising, with all `Shaft.stations` among them. Node i of the model is the one at nodes[i]; those
-        of massless pieces where nothing happens are left out by static condensation.
+        Node positions in m, increasing, including all `Shaft.stations`. Node i of the model is at nodes[i]; nodes of massless
+        pieces without supports or named places are eliminated by static condensation.
     source : str
         For messages.
 
     Raises
     ------
     DataError
-        Bearings that do not hold it.
+        The bearings leave rigid-body motions.
     """
     bare = _condensed(bare_model(shaft, nodes, source), _busy(shaft, nodes))
     supports = [(i, support) for support in shaft.supports for i in [nearest(nodes, support.place)]]
@@ -42,16 +42,16 @@ def model_of(shaft: Shaft, nodes: Sequence[float], source: str) -> Model:
         tables: list[Coefficients] = [(i, support.speeds, support.coefficients) for i, support in supports]
         return with_supports(bare, tables)
     coefficients = [(i, support.coefficients[0].tolist()) for i, support in supports]
-    return with_bearings(bare, [Bearing(i, tuple(own[:4]), tuple(own[4:])) for i, own in coefficients])
+    return with_bearings(bare, [Bearing(i, tuple(eight[:4]), tuple(eight[4:])) for i, eight in coefficients])
 
 
 def nearest(nodes: Sequence[float], place: float) -> int:
-    """Number of the node at a place, or nearest to it."""
+    """Number of the node at or nearest to a position in m."""
     return int(np.abs(np.asarray(nodes) - place).argmin())
 
 
 def bare_model(shaft: Shaft, nodes: Sequence[float], source: str = "shaft") -> Model:
-    """The shaft with its disks and tilting springs, free where only bearings hold it; deflection and slope of every node."""
+    """The shaft with its disks and tilt springs, without bearings; deflection and slope at every node."""
     n = 2 * len(nodes)
     mass, stiffness, gyroscopic, own_mass = (np.zeros((n, n)) for _ in range(4))
     for i, (start, end) in enumerate(pairwise(nodes)):
@@ -91,14 +91,14 @@ def bare_model(shaft: Shaft, nodes: Sequence[float], source: str = "shaft") -> M
 
 
 def _busy(shaft: Shaft, nodes: Sequence[float]) -> set[int]:
-    """Nodes where something holds or touches the shaft, or is watched."""
+    """Nodes with supports or named places (contacts, observers, ...)."""
     return {nearest(nodes, place) for place in (*(one.place for one in shaft.supports), *shaft.places.values())}
 
 
 def _condensed(model: Model, busy: set[int]) -> Model:
-    """The model without its massless coordinates, but for displacements of busy nodes: they follow the others as in statics.
+    """The model with massless coordinates condensed statically, except displacements of `busy` nodes.
 
-    x_m = -K_mm^-1 K_mk x_k, and every matrix becomes T^T (...) T with both together.
+    x_m = -K_mm^-1 K_mk x_k, and every matrix becomes T^T (...) T.
     """
     massless = ~model.mass.any(axis=1) & ~model.gyroscopic.any(axis=1)
     massless &= (model.kind == TILT) | ~np.isin(model.node, list(busy))
@@ -106,13 +106,13 @@ def _condensed(model: Model, busy: set[int]) -> Model:
         return model
     gone, kept = np.flatnonzero(massless), np.flatnonzero(~massless)
     if not len(kept):
-        raise DataError(model.source, "nothing of it has a mass")
+        raise DataError(model.source, "it has no mass")
     turn = np.zeros((model.n, len(kept)))
     turn[kept] = np.eye(len(kept))
     try:
         turn[gone] = -scipy.linalg.solve(model.stiffness[np.ix_(gone, gone)], model.stiffness[np.ix_(gone, kept)], assume_a="pos")
     except np.linalg.LinAlgError:
-        raise DataError(model.source, "a massless piece hangs on nothing") from None
+        raise DataError(model.source, "a massless piece is not supported") from None
     matrices: dict[str, Any] = {}
     for name in (*_FULL, "rotating_damping"):
         matrix: Any = getattr(model, name)

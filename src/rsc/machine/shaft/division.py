@@ -1,4 +1,4 @@
-"""How fine a shaft is divided: until its lowest modes no more change."""
+"""Discretisation of a shaft: refined until its lowest natural frequencies converge."""
 
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -11,14 +11,15 @@ from rsc.machine.model.model import Model
 from rsc.machine.shaft.assembly import MOST_NODES, model_of
 from rsc.machine.shaft.parts import Section, Shaft
 
-CHANGE = 1e-4  # of a natural frequency when every element is halved: fine enough
-LEAST_MODES = 4  # that are looked at, whatever the band
-_SHARE, _SHORTER = 0.25, 0.7  # of a wavelength: the longest element to begin with; how much shorter it becomes each time
+CHANGE = 1e-4  # allowed relative change of a natural frequency when every element is halved
+LEAST_MODES = 4  # modes compared at least, whatever the band
+# longest element at first, as a fraction of the wavelength; factor by which it is shortened each time
+_SHARE, _SHORTER = 0.25, 0.7
 
 
 class Divided(NamedTuple):
-    """model; change: the largest relative one of its `modes` lowest natural frequencies, undamped and at rest, when every element
-    is halved; nodes: their places in m."""
+    """model; nodes: their positions in m; change: largest relative change of its `modes` lowest natural frequencies, undamped
+    and at rest, when every element is halved."""
 
     model: Model
     nodes: tuple[float, ...]
@@ -27,7 +28,7 @@ class Divided(NamedTuple):
 
     @property
     def words(self) -> str:
-        """What was done, for people."""
+        """Description of the discretisation for users."""
         return (
             f"{len(self.nodes) - 1} elements, {self.model.n} coordinates: with twice as many elements its {self.modes} lowest "
             f"natural frequencies change by at most {self.change:.1e}"
@@ -35,8 +36,8 @@ class Divided(NamedTuple):
 
 
 def divided(shaft: Shaft, top: float, source: str, elements: int | None = None) -> Divided:
-    """The model of a shaft whose elements are so short that halving all of them changes no natural frequency up to `top`, nor the
-    lowest four, by more than `CHANGE`: the same share of a wavelength everywhere.
+    """The model of a shaft with elements so short that halving them changes no natural frequency up to `top`, nor the lowest
+    four, by more than `CHANGE`; elements have the same length relative to the wavelength everywhere.
 
     Parameters
     ----------
@@ -46,12 +47,12 @@ def divided(shaft: Shaft, top: float, source: str, elements: int | None = None) 
     source : str
         For messages.
     elements : int, optional
-        So many between two stations each instead; the change is told all the same.
+        Fixed number of elements between neighbouring stations instead; the change is still reported.
 
     Raises
     ------
     DataError
-        Bearings that do not hold it, or more than `MOST_NODES` nodes.
+        The bearings leave rigid-body motions, or more than `MOST_NODES` nodes are needed.
     """
     waves = [piece.length / _wavelength(piece, top) for a, b in pairwise(shaft.stations) for piece in shaft.pieces(a, b)[:1]]
     share, before = _SHARE, None
@@ -67,15 +68,15 @@ def divided(shaft: Shaft, top: float, source: str, elements: int | None = None) 
 
 
 def _wavelength(piece: Section, top: float) -> float:
-    """Of bending at a frequency in Hz, m; infinite without mass."""
+    """Wavelength of bending at a frequency in Hz, m; infinite without mass."""
     if not piece.material.density:
         return np.inf
-    radius = 0.25 * np.hypot(max(piece.outer), min(piece.inner))  # of gyration
+    radius = 0.25 * np.hypot(max(piece.outer), min(piece.inner))  # radius of gyration
     return float(2.0 * np.pi * np.sqrt(radius / (2.0 * np.pi * top)) * (piece.material.young / piece.material.density) ** 0.25)
 
 
 def _nodes(shaft: Shaft, numbers: list[int], source: str) -> list[float]:
-    """Places of the nodes with so many elements between the stations."""
+    """Positions of the nodes for given numbers of elements between stations."""
     if sum(numbers) >= MOST_NODES:
         raise DataError(source, f"needs more than {MOST_NODES} nodes for its band: narrow it, or give elements")
     pairs = zip(pairwise(shaft.stations), numbers, strict=True)
@@ -83,13 +84,13 @@ def _nodes(shaft: Shaft, numbers: list[int], source: str) -> list[float]:
 
 
 def _change(model: Model, fine: Model, top: float) -> tuple[float, int]:
-    """Largest relative change of the natural frequencies up to `top` in Hz, at least `LEAST_MODES`, and how many they are."""
-    own, other = (natural_frequencies(each) for each in (model, fine))
-    count = min(max(LEAST_MODES, int(np.sum(other <= top))), len(own), len(other))
-    return float(np.max(np.abs(other[:count] / own[:count] - 1.0), initial=0.0)), count
+    """Largest relative change of the natural frequencies up to `top` in Hz, at least `LEAST_MODES`, and their number."""
+    coarse, other = (natural_frequencies(each) for each in (model, fine))
+    count = min(max(LEAST_MODES, int(np.sum(other <= top))), len(coarse), len(other))
+    return float(np.max(np.abs(other[:count] / coarse[:count] - 1.0), initial=0.0)), count
 
 
 def natural_frequencies(model: Model) -> Any:
-    """Undamped natural frequencies at rest in Hz, rising, with the mean stiffness of both directions."""
+    """Undamped natural frequencies at rest in Hz, increasing, with the mean stiffness of both directions."""
     compliance = scipy.linalg.eigh(model.mass, model.stiffness, eigvals_only=True)[::-1]
     return 1.0 / (2.0 * np.pi * np.sqrt(compliance[compliance > 1e-14 * compliance[0]]))

@@ -1,10 +1,9 @@
-"""The beam element of a shaft: a piece of one section, cylindrical or conical, with shear and rotary inertia.
+"""Beam element of a shaft: a piece of one section, cylindrical or conical, with shear and rotary inertia.
 
-Its four coordinates are deflection and slope of the cross-section at both ends. What lies between follows from the end loads of a
-massless piece: the bending moment is a + b s and the shear force -b, the slope of the cross-section psi changes with M / (E I),
-and the deflection has the slope psi - b / (kappa G A) (Timoshenko). For a cylinder these are the shape functions of H. D. Nelson,
-A finite rotating shaft element using Timoshenko beam theory, J. Mech. Des. 102 (1980) 793; a cone has its own, and its static
-deflections are exact.
+Its four coordinates are deflection and slope of the cross-section at both ends. The shape functions are those of a massless piece
+under end loads: the bending moment is a + b s and the shear force -b, the slope psi of the cross-section changes by M / (E I),
+and the deflection has the slope psi - b / (kappa G A) (Timoshenko). For a cylinder they are those of H. D. Nelson, A finite
+rotating shaft element using Timoshenko beam theory, J. Mech. Des. 102 (1980) 793; for a cone static deflections are exact, too.
 """
 
 from typing import NamedTuple
@@ -20,7 +19,7 @@ _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
 def _integrator() -> FloatArray:
-    """(8, 8): from values at the points to the integral from -1 to each point, exact for polynomials of degree 7."""
+    """(8, 8) matrix from values at the Gauss points to integrals from -1 to each point, exact up to degree 7."""
     powers = np.arange(8)
     integrals = (_POINTS[:, None] ** (powers + 1) - (-1.0) ** (powers + 1)) / (powers + 1)
     return np.asarray(integrals @ np.linalg.inv(_POINTS[:, None] ** powers))
@@ -30,7 +29,7 @@ _TO_POINTS = _integrator()
 
 
 class Element(NamedTuple):
-    """Matrices (4, 4) of an element in one plane: kg, N/m and kg m^2 where displacements are concerned, with powers of m."""
+    """Matrices (4, 4) of an element in one plane: kg, N/m and kg m^2 for displacements, times powers of m for slopes."""
 
     mass: FloatArray
     stiffness: FloatArray
@@ -38,7 +37,7 @@ class Element(NamedTuple):
 
 
 def shear_factor(poisson: float, hollow: FloatArray | float) -> FloatArray | float:
-    """Shear factor of a circular section whose bore is a share `hollow` of its diameter.
+    """Shear factor of a circular section with a ratio `hollow` of bore to diameter.
 
     G. R. Cowper, The shear coefficient in Timoshenko's beam theory, J. Appl. Mech. 33 (1966) 335.
     """
@@ -47,25 +46,25 @@ def shear_factor(poisson: float, hollow: FloatArray | float) -> FloatArray | flo
 
 
 def section_of(outer: FloatArray, inner: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Area in m^2 and second moment of area in m^4 of rings."""
+    """Area in m^2 and second moment of area in m^4 of annular sections."""
     return np.pi / 4.0 * (outer**2 - inner**2), np.pi / 64.0 * (outer**4 - inner**4)
 
 
 def element(piece: Section, shear: bool = True) -> Element:
-    """Element of a whole section.
+    """Element for a whole section.
 
     Parameters
     ----------
     piece : Section
     shear : bool
-        False: without shear (Rayleigh's beam; rotary inertia stays).
+        False: without shear (Rayleigh beam, with rotary inertia).
     """
     half, material = 0.5 * piece.length, piece.material
     s, ds = half * (1.0 + _POINTS), half * _WEIGHTS
     share = s / piece.length
     outer, inner = (left + (right - left) * share for left, right in (piece.outer, piece.inner))
     area, inertia = section_of(outer, inner)
-    # compliances over that of bending in the middle, so that all columns below have one magnitude
+    # compliances relative to the mean bending compliance, so that all columns below have similar magnitude
     bending = material.young * float(inertia.mean())
     bend, slide = bending / (material.young * inertia), _shear_compliance(material, area, inner / outer, bending, shear)
     psi, w = _deflections(s, half, bend, slide)

@@ -1,4 +1,4 @@
-"""What a shaft is made of: sections from its left end, disks, bearings, and places where something happens. SI throughout."""
+"""Parts of a shaft: sections from its left end, disks, bearings, and named positions. SI throughout."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-SAME_PLACE = 1e-9  # of the length of the shaft: places that are one node
+SAME_PLACE = 1e-9  # relative to the length of the shaft: positions closer than this are one node
 
 
 class Material(NamedTuple):
@@ -30,7 +30,7 @@ class Section:
 
     length: float  # m
     outer: tuple[float, float]  # m, diameter at the left and at the right end
-    inner: tuple[float, float]  # m, of the bore
+    inner: tuple[float, float]  # m, bore at both ends
     material: Material
     name: str = ""
 
@@ -46,7 +46,7 @@ class Section:
 
     @property
     def mass(self) -> float:
-        """Mass of the frustum less that of its bore, kg."""
+        """Mass of the frustum minus its bore, kg."""
         squares = [left**2 + left * right + right**2 for left, right in self._ends]
         return self.material.density * np.pi / 12.0 * self.length * (squares[0] - squares[1])
 
@@ -57,7 +57,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Disk:
-    """A rigid disk at a place; its shape, where it is known, is for pictures and for the contact there."""
+    """A rigid disk; its shape, if known, is used for drawings and for a contact there."""
 
     place: float  # m from the left end of the shaft
     mass: float  # kg
@@ -80,7 +80,7 @@ class Support:
     """A bearing or seal between a place of the shaft and the ground."""
 
     place: float  # m
-    speeds: NDArray[np.float64]  # (k,) Hz, rising; one for coefficients that do not follow the speed
+    speeds: NDArray[np.float64]  # (k,) Hz, increasing; a single one for constant coefficients
     coefficients: NDArray[np.float64]  # (k, 8): k_xx, k_xy, k_yx, k_yy in N/m, then damping in N s/m
     tilt_stiffness: float = 0.0  # N m/rad, the same in every direction
     tilt_damping: float = 0.0  # N m s/rad
@@ -88,61 +88,61 @@ class Support:
 
 
 class Placed(NamedTuple):
-    """A section between two places, in m from the left end of the shaft."""
+    """A section between two positions in m from the left end of the shaft."""
 
     start: float
     end: float
     section: Section
 
     def part(self, start: float, end: float) -> Section | None:
-        """The piece of it between two places; None where it has none."""
+        """The part of the section between two positions; None if empty."""
         start, end = max(start, self.start), min(end, self.end)
         return self.section.part(start - self.start, end - self.start) if end > start else None
 
 
 @dataclass(frozen=True)
 class Shaft:
-    """A shaft by its stations."""
+    """A shaft described by its stations."""
 
     sections: tuple[Section, ...]
-    sleeves: tuple[tuple[float, Section], ...] = ()  # where they begin in m: they bend and turn with the sections below them
+    sleeves: tuple[tuple[float, Section], ...] = ()  # (start in m, section): they bend and rotate with the sections below
     disks: tuple[Disk, ...] = ()
     supports: tuple[Support, ...] = ()
-    places: dict[str, float] = field(default_factory=dict)  # m, of contacts, unbalances and so on, by their names
+    places: dict[str, float] = field(default_factory=dict)  # m, positions of contacts, unbalances etc. by name
     rotating_damping: float = 0.0  # s: C_i = this times the stiffness of the shaft
     rayleigh: tuple[float, float] = (0.0, 0.0)  # 1/s, s: C = alpha M + beta K of the shaft, at rest
     shear: bool = True
 
     @property
     def ends(self) -> list[float]:
-        """Places of the ends of all sections in m, from 0 to the length."""
+        """Positions of the ends of all sections in m, from 0 to the length."""
         return list(accumulate((section.length for section in self.sections), initial=0.0))
 
     @property
     def length(self) -> float:
-        """m."""
+        """Length in m."""
         return self.ends[-1]
 
     @property
     def placed(self) -> list[Placed]:
-        """Sections from the left end on, then sleeves."""
-        own = [Placed(a, b, section) for section, (a, b) in zip(self.sections, pairwise(self.ends), strict=True)]
-        return own + [Placed(start, start + sleeve.length, sleeve) for start, sleeve in self.sleeves]
+        """Sections from left to right, then sleeves."""
+        sections = [Placed(a, b, section) for section, (a, b) in zip(self.sections, pairwise(self.ends), strict=True)]
+        return sections + [Placed(start, start + sleeve.length, sleeve) for start, sleeve in self.sleeves]
 
     @property
     def stations(self) -> list[float]:
-        """Places in m, rising, of all ends of sections and sleeves, disks, supports and named places, each once."""
+        """Positions in m, increasing and unique, of all ends of sections and sleeves, disks, supports and named places."""
         ends = [place for one in self.placed for place in one[:2]]
         parts = [*(disk.place for disk in self.disks), *(one.place for one in self.supports), *self.places.values()]
         return _apart([*ends, *parts], SAME_PLACE * self.length)
 
     def pieces(self, start: float, end: float) -> list[Section]:
-        """The pieces between two neighbouring places of nodes: that of the section, and those of sleeves on it."""
+        """The pieces between two neighbouring node positions: that of the section, and those of its sleeves."""
         parts = (one.part(start, end) for one in self.placed)
         return [replace(part, length=end - start) for part in parts if part is not None and part.length > 0.5 * (end - start)]
 
     def diameter_at(self, place: float) -> float:
-        """Outer diameter in m at a place: of a disk whose shape is known, or of sleeve or shaft, the larger at a shoulder."""
+        """Outer diameter in m at a position: of a disk of known shape, else of sleeve or shaft, the larger at a shoulder."""
         near = SAME_PLACE * self.length
         disks = [disk.diameter for disk in self.disks if disk.diameter is not None and abs(disk.place - place) <= near]
         covering = [one for one in self.placed if one.start - near <= place <= one.end + near]
@@ -150,11 +150,11 @@ class Shaft:
 
     @property
     def mass(self) -> float:
-        """kg, with sleeves and disks."""
+        """Mass in kg, with sleeves and disks."""
         return sum(one.section.mass for one in self.placed) + sum(disk.mass for disk in self.disks)
 
     def masses_near(self, places: Sequence[float]) -> list[float]:
-        """Mass in kg of all that is nearer to each of some rising places than to the others."""
+        """Mass in kg nearest to each of some increasing positions."""
         bounds = [0.0, *(0.5 * (one + other) for one, other in pairwise(places)), self.length]
         masses = []
         for i, (low, high) in enumerate(pairwise(bounds)):
@@ -166,7 +166,7 @@ class Shaft:
 
 
 def _apart(places: Sequence[float], least: float) -> list[float]:
-    """Places in order, those closer than `least` to the one before left out."""
+    """Sorted positions without those closer than `least` to the previous one."""
     kept: list[float] = []
     for place in sorted(places):
         if not kept or place - kept[-1] > least:

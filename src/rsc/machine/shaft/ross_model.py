@@ -1,8 +1,8 @@
-"""A shaft from the model file that ROSS writes with `rotor.save` (versions 2.0 to 3): its elements and not its matrices.
+"""Reader of shafts from ROSS model files, written by `rotor.save` (versions 2.0 to 3): elements, not matrices.
 
-The file has a table for each element, whose name begins with its class: ShaftElement (length, inner and outer diameters at both
-ends, material), DiskElement, and bearings or seals with coefficients, over the rotor speed in rad/s where there are several. Of
-several shaft elements on one piece the first is the section and the others are sleeves on it.
+The file has a table for each element, whose name starts with its class: ShaftElement (length, inner and outer diameters at both
+ends, material), DiskElement, and bearings or seals with coefficients, over the rotor speed in rad/s if there are several. Of
+several shaft elements at one position the first is the section and the others are sleeves on it.
 """
 
 from collections.abc import Mapping
@@ -18,29 +18,29 @@ _BEARINGS = ("BearingElement", "SealElement", "BallBearingElement", "RollerBeari
 _COEFFICIENTS = [f"{letter}{pair}" for letter in "kc" for pair in ("xx", "xy", "yx", "yy")]
 _MASSES = ("mxx", "mxy", "myx", "myy")
 _LEFT_OUT = {"axial_force": "axial forces", "torque": "torques"}
-# what an element has unless it says otherwise, and what it means where it does
+# effects that elements may switch off in ROSS, but not in rsc
 _TAKEN = {"rotary_inertia": "rotary inertia", "gyroscopic": "gyroscopics"}
 
 
 def shaft_of(tables: Mapping[str, Any], source: str) -> tuple[Shaft, list[str]]:
-    """The shaft of a model file, a section for each element, and notes in whole sentences on what was left out.
+    """(shaft of a model file with one section per element, notes in whole sentences on omissions).
 
     Raises
     ------
     DataError
-        Not such a file, or elements that cannot be stations: gears, couplings, point masses, magnetic bearings.
+        Not such a file, or unsupported elements: gears, couplings, point masses, magnetic bearings.
     """
     kinds = _elements(tables, source)
     elements = sorted(kinds["ShaftElement"], key=lambda element: _number(element, "n", source))
     below = [element for i, element in enumerate(elements) if i == 0 or element["n"] != elements[i - 1]["n"]]
     if [element["n"] for element in below] != list(range(len(below))):
-        raise DataError(source, "its shaft elements do not lie side by side from node 0 on")
+        raise DataError(source, "its shaft elements are not contiguous from node 0 on")
     nodes = list(accumulate((_number(element, "L", source) for element in below), initial=0.0))
     sleeves = [element for element in elements if not any(element is one for one in below)]
     shear = {bool(element.get("shear_effects", True)) for element in elements}
     damping = {(float(element.get("alpha", 0.0)), float(element.get("beta", 0.0))) for element in elements}
     if len(shear) > 1 or len(damping) > 1:
-        raise DataError(source, "shear or damping of its shaft elements differ: rsc has one for the whole shaft")
+        raise DataError(source, "shear or damping of its shaft elements differ: rsc has a single setting for the whole shaft")
     shaft = Shaft(
         sections=tuple(_section(element, source) for element in below),
         sleeves=tuple((nodes[int(element["n"])], _section(element, source)) for element in sleeves),
@@ -53,7 +53,7 @@ def shaft_of(tables: Mapping[str, Any], source: str) -> tuple[Shaft, list[str]]:
 
 
 def _elements(tables: Mapping[str, Any], source: str) -> dict[str, list[Mapping[str, Any]]]:
-    """Elements by their classes; all bearings and seals under BearingElement."""
+    """Elements by class; all bearings and seals under BearingElement."""
     kinds: dict[str, list[Mapping[str, Any]]] = {"ShaftElement": [], "DiskElement": [], "BearingElement": []}
     for name, element in tables.items():
         kind = name.partition("_")[0]
@@ -61,10 +61,10 @@ def _elements(tables: Mapping[str, Any], source: str) -> dict[str, list[Mapping[
         if not isinstance(element, Mapping) or name == "parameters":
             continue
         if kind not in kinds:
-            raise DataError(source, f"{one_line(name)[:60]}: only shaft elements, disks, bearings and seals can be stations")
+            raise DataError(source, f"{one_line(name)[:60]}: only shaft elements, disks, bearings and seals are supported")
         kinds[kind].append(element)
     if not kinds["ShaftElement"] or not kinds["BearingElement"]:
-        raise DataError(source, "no model file of ROSS's rotor.save: it needs shaft elements and bearings")
+        raise DataError(source, "not a model file of ROSS's rotor.save: it needs shaft elements and bearings")
     return kinds
 
 
@@ -80,23 +80,23 @@ def _tag(element: Mapping[str, Any]) -> str:
 
 
 def _section(element: Mapping[str, Any], source: str) -> Section:
-    """The piece of one shaft element; Poisson's ratio is that of both moduli."""
-    own = element.get("material")
-    if not isinstance(own, Mapping):
+    """The Section of a shaft element; Poisson's ratio follows from both moduli."""
+    table = element.get("material")
+    if not isinstance(table, Mapping):
         raise DataError(source, f"{_tag(element)}: it has no material")
-    young, slide = _number(own, "E", source), _number(own, "G_s", source)
+    young, slide = _number(table, "E", source), _number(table, "G_s", source)
     (left, right), (bore_left, bore_right) = ([_number(element, f"{kind}{end}", source) for end in "lr"] for kind in ("od", "id"))
     length = _number(element, "L", source)
     if not (length > 0.0 and 0.0 <= bore_left < left and 0.0 <= bore_right < right and young > 0.0 and slide > 0.0):
-        raise DataError(source, f"{_tag(element)}: its length, diameters or moduli cannot be")
-    material = Material(_number(own, "rho", source), young, young / slide / 2.0 - 1.0)
+        raise DataError(source, f"{_tag(element)}: its length, diameters or moduli are impossible")
+    material = Material(_number(table, "rho", source), young, young / slide / 2.0 - 1.0)
     return Section(length, (left, right), (bore_left, bore_right), material)
 
 
 def _place(element: Mapping[str, Any], nodes: list[float], source: str) -> float:
     node = int(_number(element, "n", source))
     if element.get("n_link") is not None or not 0 <= node < len(nodes):
-        raise DataError(source, f"{_tag(element)}: it must stand between a node of the shaft and the ground")
+        raise DataError(source, f"{_tag(element)}: it must be between a node of the shaft and ground")
     return nodes[node]
 
 
@@ -106,7 +106,7 @@ def _disk(element: Mapping[str, Any], nodes: list[float], source: str) -> Disk:
 
 
 def _support(element: Mapping[str, Any], nodes: list[float], source: str) -> Support:
-    """A bearing or seal, with one set of coefficients or with those over the speed; what it lacks is as ROSS takes it."""
+    """A bearing or seal with constant or speed-dependent coefficients; missing ones default as in ROSS."""
     alike = {"kyy": "kxx", "cyy": "cxx"}
     columns = [np.ravel(element.get(name, element.get(alike.get(name, ""), 0.0))) for name in _COEFFICIENTS]
     speeds = np.ravel(element.get("frequency") or [0.0]) / (2.0 * np.pi)
@@ -114,22 +114,22 @@ def _support(element: Mapping[str, Any], nodes: list[float], source: str) -> Sup
     try:
         table = np.array([np.broadcast_to(np.array(column, float), count) for column in columns]).T
     except ValueError:
-        raise DataError(source, f"{_tag(element)}: its coefficients are not those of {count} frequencies") from None
+        raise DataError(source, f"{_tag(element)}: its coefficients do not match its {count} frequencies") from None
     if not (np.isfinite(table).all() and (np.diff(speeds) > 0.0).all()):
-        raise DataError(source, f"{_tag(element)}: its coefficients must be finite and its frequencies rise")
+        raise DataError(source, f"{_tag(element)}: its coefficients must be finite and its frequencies increasing")
     if (table == table[0]).all():
         speeds, table = np.zeros(1), table[:1]
     return Support(_place(element, nodes, source), speeds, table, name=_tag(element))
 
 
 def _notes(elements: list[Mapping[str, Any]], bearings: list[Mapping[str, Any]]) -> list[str]:
-    """What rsc has otherwise."""
+    """Notes on what rsc models differently."""
     loaded = [word for key, word in _LEFT_OUT.items() if any(one.get(key) for one in elements)]
     without = [word for key, word in _TAKEN.items() if not all(one.get(key, True) for one in elements)]
     notes = [f"{word} of shaft elements are left out." for word in loaded]
-    notes += [f"{word} is taken of all elements." for word in without]
+    notes += [f"{word} is included for all elements." for word in without]
     if any(one.get("shear_method_calc", "cowper") != "cowper" for one in elements):
-        notes.append("the shear factor is Cowper's, of all elements.")
+        notes.append("the shear factor is Cowper's for all elements.")
     if any(np.any(one.get(name, 0.0)) for one in bearings for name in _MASSES):
         notes.append("added masses of bearings and seals are left out.")
     return notes
