@@ -120,8 +120,8 @@ def _body(body: Any, contact: Reals | None, imposed: Callable[..., dict[str, Any
     contact : (n,) row of the only contact, None with several; imposed : function that returns unbalance and load
     """
     mass, stiffness = _symmetric(body.mass_matrix()), _symmetric(body.stiffness_matrix())
-    given, turning = body.gyroscopic_matrix(), body.rotating_damping_matrix()
-    gyroscopic = np.zeros_like(mass) if given is None else _symmetric(given)
+    explicit, turning = body.gyroscopic_matrix(), body.rotating_damping_matrix()
+    gyroscopic = np.zeros_like(mass) if explicit is None else _symmetric(explicit)
     arrays = {
         "mass": mass,
         "damping": _damping(body, mass, stiffness) + _supported(body, "damping", _mean),
@@ -148,9 +148,9 @@ def _knots(body: Any) -> Knots | None:
         unit = _unit_vector(n, place)
         parts = {name: part[:, None, None] * np.outer(unit, unit) for name, part in of.items() if part.any()}
         tables.append(Knots(2.0 * np.pi * speed, parts))
-    given = body.knots()
-    if given is not None:
-        speed, parts = given
+    explicit = body.knots()
+    if explicit is not None:
+        speed, parts = explicit
         matrices = {name: np.array([_symmetric(matrix) for matrix in part]) for name, part in parts.items()}
         tables.append(Knots(2.0 * np.pi * np.array(speed), matrices))
     if not tables:
@@ -242,8 +242,8 @@ def _directed(body: Any) -> dict[str, Any]:
     made = {}
     for kind in ("stiffness", "damping"):
         for word, part in (("skew", _skew), ("anisotropic", _anisotropic)):
-            given = getattr(body, f"{word}_{kind}")
-            matrix = _supported(body, kind, part) + (0.0 if given is None else _symmetric(given))
+            explicit = getattr(body, f"{word}_{kind}")
+            matrix = _supported(body, kind, part) + (0.0 if explicit is None else _symmetric(explicit))
             if np.any(matrix):
                 made[f"{word}_{kind}"] = matrix
     return made

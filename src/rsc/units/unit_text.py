@@ -37,8 +37,8 @@ def unit_of(text: str) -> Unit:
         place = match.end()
     if tokens and tokens[0][0] == "/":  # "3000/min"
         tokens.insert(0, ("1", 1))
-    unit, rest = _product(tokens, 0)
-    if rest or not tokens:
+    unit, remaining = _product(tokens, 0)
+    if remaining or not tokens:
         raise UnitError("")
     return unit
 

@@ -87,7 +87,7 @@ def has_negative(product: Callable[[Any], Any], size: int, steps: int, rounding:
         image = product(vector) - beta * last
         diagonal.append(vector @ image)
         image -= diagonal[-1] * vector
-        beta = np.linalg.norm(image)
+        beta = float(np.linalg.norm(image))
         if beta <= 1e-12 * max(map(abs, diagonal)):
             break
         off_diagonal.append(beta)

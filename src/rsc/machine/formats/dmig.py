@@ -29,7 +29,9 @@ def recognises(content: bytes) -> bool:
 def read(content: bytes) -> tuple[dict[str, Any], dict[str, Any]]:
     """(matrices, labels) of the real square matrices: name -> scipy.sparse.csc_array, and name -> (n, 2) int array of grid point
     and component, sorted by both."""
-    forms, entries, count = {}, {}, 0
+    forms: dict[str, int | None] = {}
+    entries: dict[str, list[Any]] = {}
+    count = 0
     for _, card in cards(content, (b"DMIG",), 4 * _MOST_ENTRIES, _TOO_MANY):
         name, grid, component, fields = _card(card)
         if name not in forms:
@@ -59,7 +61,7 @@ def _matrix(entries: list[Any], mirror: int) -> tuple[Any, Any]:
     values = numbers(b" ".join(EXPONENT.sub(rb"\1E\2", word) or b"0" for word in words))
     if len(values) != len(entries):
         raise BadMatrix("an entry of a column is not a number")
-    rows, columns = (keys_of(*places[k : k + 2], least=0) for k in (0, 2))
+    rows, columns = (keys_of(places[k], places[k + 1], least=0) for k in (0, 2))
     return labelled(rows, columns, values, mirror)
 
 

@@ -27,7 +27,7 @@ def read(content: bytes, stem: str) -> dict[str, Any]:
     lines = Lines(content)
     header = [lines.next() for _ in range(4)]
     counts = whole(numbers(header[1]), 0, len(content), "a number of lines")
-    kind = _TYPE.match(header[2])
+    kind: Any = _TYPE.match(header[2])
     if kind[1].upper() not in b"RI" or kind[3].upper() == b"E" or kind[2].upper() not in _MIRRORS:
         raise BadMatrix(f"its matrix is of type {kind[0].decode().strip()}; assembled real ones (RSA, RUA, RZA) are read")
     sizes = whole(numbers(header[2][3:]), 0, 2**53, "a size")

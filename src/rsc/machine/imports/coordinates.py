@@ -100,7 +100,9 @@ def cells_of(file: str, where: str, columns: Sequence[str], line: Sequence[str])
 
 
 def _table(file: str, columns: Sequence[str], lines: Sequence[tuple[int, list[str]]]) -> Coordinates:
-    nodes, directions, names, positions = [], [], {}, {}
+    nodes, directions = [], []
+    names: dict[str, int] = {}
+    positions: dict[int, float] = {}
     for number, line in lines:
         where = f"line {number}"
         cells = cells_of(file, where, columns, line)

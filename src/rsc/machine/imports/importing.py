@@ -131,8 +131,8 @@ def aligned(matrices: dict[str, Any], labels: dict[str, Any]) -> tuple[dict[str,
     return moved, rows
 
 
-def _named(table: Coordinates, given: Coordinates, path: Any) -> Coordinates:
+def _named(table: Coordinates, users: Coordinates, path: Any) -> Coordinates:
     """The user's table with its names and positions, after checking that its nodes are those of the labels."""
-    if len(table) != len(given) or not np.array_equal(table.node, given.node):
+    if len(table) != len(users) or not np.array_equal(table.node, users.node):
         raise DataError(one_line(path), "its nodes are not those of the files' rows, sorted by node and direction")
-    return given
+    return users
