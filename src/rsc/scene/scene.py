@@ -1,6 +1,6 @@
 """A scene: everything one run needs, validated, with every default written out.
 
-`load_scene` and `Scene.from_dict` are the only doors; whatever they return can be assembled.
+Scenes are created only by `load_scene` and `Scene.from_dict`; every scene that these return can be assembled.
 """
 
 import contextlib
@@ -39,8 +39,8 @@ from rsc.scene.tables.start import Start, read_start
 from rsc.system.system import only_one
 
 MAX_TITLE = 1000
-HINT = "`rsc new laval` writes one"
-MIRRORED = "turns backwards: in the mirror image, z to the other side"
+HINT = "`rsc new laval` prints one"
+MIRRORED = "turns backward: shown in the mirror image, z reversed"
 _TABLES = ("rotor", "stator", "contact", "drive", "start", "solver", "output")
 _OPTIONAL = ("start", "solver", "output", "reduction")
 _SECTIONS: dict[str, type] = {
@@ -64,12 +64,13 @@ class Scene:
     rotor, stator : one of `ROTORS` and one of `STATORS` of `rsc.scene.bodies.models`
     contacts : tuple of rsc.scene.tables.contacts.Contact, at least one
     drive, start, solver, output : see `rsc.scene.tables.sections`
-    clearances : tuple of rsc.scene.tables.clearances.Clearance, places that are only watched
-    limits : None or rsc.scene.tables.limits.Limits, what the unbalance response is judged by
-    report : None or rsc.scene.tables.display.Display, in which units numbers are shown
-    source : str, file name and values changed since, for messages; no part of equality
-    reductions : tuple of rsc.machine.reduction.reduction.Reduced, of the bodies that were read from finite-element models, rotor
-        first; empty in a scene that comes from a result or from `to_dict`; no part of equality
+    clearances : tuple of rsc.scene.tables.clearances.Clearance, monitored locations
+    limits : None or rsc.scene.tables.limits.Limits, limits for the unbalance response
+    report : None or rsc.scene.tables.display.Display, units in which numbers are shown
+    source : str, file name and changed values, for messages; ignored in comparisons
+    reductions : tuple of rsc.machine.reduction.reduction.Reduced, of bodies read from finite-element models, rotor first; empty
+    for
+        a scene from a result or from `to_dict`; ignored in comparisons
     """
 
     title: str
@@ -88,19 +89,19 @@ class Scene:
 
     @property
     def contact(self) -> Contact:
-        """The contact, for whoever treats one only; SolverError with several."""
+        """The only contact; SolverError if there are several."""
         only: Contact = only_one(self.contacts)
         return only
 
     @property
     def tables(self) -> dict[str, dict[str, Any]]:
-        """Every table of plain content by the name that its values have: "rotor", "contact", of several contacts each
-        "contact.NAME", and so on."""
+        """Plain content of every table, by the names used for values: "rotor", "contact" (with several contacts "contact.NAME"),
+        and so on."""
         return _all_named(self.to_dict())
 
     @property
     def table_names(self) -> list[str]:
-        """Names of its `tables`."""
+        """Names of `tables`."""
         contacts = [f"contact.{contact.name}" for contact in self.contacts] if len(self.contacts) > 1 else ["contact"]
         names = [name for key in _TABLES for name in (contacts if key == "contact" else [key])]
         names += [f"{CLEARANCE}.{clearance.name}" for clearance in self.clearances]
@@ -136,8 +137,8 @@ class Scene:
 
     @classmethod
     def from_stored(cls, text: str, source: str) -> "Scene":
-        """The scene of a result, which may name a method that only older versions had, but no file: whoever opens a result did
-        not choose what else is read. Arguments and errors as `from_toml`."""
+        """The scene of a result: it may name a method of older versions, but no files, since whoever opens a result did not
+        choose which files are read. Arguments and errors as `from_toml`."""
         source = one_line(source)
         content = tables_of(text, source)
         solver = content.get("solver", {})
@@ -177,15 +178,15 @@ class Scene:
 
     @takes(values=NAMED)
     def with_values(self, values: Mapping[str, Any]) -> "Scene":
-        """Return a validated scene with some keys changed; messages about it tell which.
+        """Return a validated scene with some keys changed; messages about it mention the changes.
 
         Parameters
         ----------
         values : Mapping
-            Dotted key to new value, for example ``{"contact.friction": 0.1, "rotor.frequency": "40 Hz"}``; of several contacts
-            with a name, ``"contact.seal.friction"``, or of all of them ``"contact.*.friction"``; ``"rotor.eccentricity.angle"``
-            and ``"rotor.eccentricity.amount"`` turn and scale all eccentricities of the rotor, see `rsc.scene.names`.
-            A key takes the place of those it excludes (a new damping_ratio replaces the damping).
+            Dotted key to new value, for example ``{"contact.friction": 0.1, "rotor.frequency": "40 Hz"}``. With several contacts
+            use a name, ``"contact.seal.friction"``, or all, ``"contact.*.friction"``. ``"rotor.eccentricity.angle"`` and
+            ``"rotor.eccentricity.amount"`` rotate and scale all eccentricities of the rotor, see `rsc.scene.names`. A key
+            replaces those that it excludes (a new damping_ratio replaces damping).
 
         Returns
         -------
@@ -216,75 +217,75 @@ class Scene:
         return replace(changed, source=one_line(source))
 
     def steady(self, speed: float, duration: float = 1.0) -> "Scene":
-        """The scene with a constant prescribed speed in Hz for a duration in s, whatever drive it has.
+        """The scene with a constant prescribed speed in Hz for a duration in s, whatever its drive.
 
         Raises
         ------
         SceneError
-            A speed that no drive may have.
+            An invalid speed.
         """
-        own = self.drive
-        without = self if own.inertia is None else replace(self, drive=Drive.along(own.time, own.speed))
+        drive = self.drive
+        without = self if drive.inertia is None else replace(self, drive=Drive.along(drive.time, drive.speed))
         return without.with_values({"drive.speed": speed, "drive.duration": duration})
 
     def section(self, table: str) -> type:
-        """The class that declares the keys of one of its `tables`."""
+        """The class that declares the keys of one of `tables`."""
         return _SECTIONS.get(table.partition(".")[0]) or type(getattr(self, table))
 
     def table_name(self, name: str, dotted: object, value: object = None) -> str:
-        """The name of one of its `tables`, as which the only contact may also be asked for with its name.
+        """The name of one of `tables`; a single contact may also be referred to by its own name.
 
         Raises
         ------
         SceneError
-            There is none; about the key `dotted`.
+            There is no such table; the message is about the key `dotted`.
         """
-        own = self.table_names + (["contact." + (self.contacts[0].name or "")] if len(self.contacts) == 1 else [])
-        if name in own:
+        known = self.table_names + (["contact." + (self.contacts[0].name or "")] if len(self.contacts) == 1 else [])
+        if name in known:
             return "contact" if len(self.contacts) == 1 and name.startswith("contact.") else name
         kind = name.partition(".")[0]
         if kind == "contact" or (kind == CLEARANCE and self.clearances):
-            wanted = "a key of " + " or ".join(dict.fromkeys(each.rstrip(".") for each in own if each.startswith(kind)))
+            wanted = "a key of " + " or ".join(dict.fromkeys(each.rstrip(".") for each in known if each.startswith(kind)))
             several = kind == "contact" and len(self.contacts) > 1
-            hint = f"{EVERY} is every contact" if several else nearest(dotted, all_names())
+            hint = f"{EVERY} means every contact" if several else nearest(dotted, all_names())
             raise SceneError(self.source, one_line(dotted), shown(value), wanted, hint)
         raise SceneError(self.source, one_line(dotted), shown(value), "a key of a scene", nearest(dotted, all_names()))
 
     def mirrored(self) -> "Scene":
-        """The same machine in the mirror image z -> -z, where its rotor turns the other way: every number of its runs and
-        predictions is the conjugate, or has the other sign."""
+        """The same machine in the mirror image z -> -z, with the rotor turning the other way: every number of its runs and
+        predictions is conjugated or changes sign."""
         content = self.to_dict()
         for key in _TABLES:
-            own = {name: mirrored_table(self.section(name), table) for name, table in _named(key, content[key]).items()}
-            content[key] = list(own.values()) if len(own) > 1 else own[key]  # the others are their own mirror image
+            images = {name: mirrored_table(self.section(name), table) for name, table in _named(key, content[key]).items()}
+            content[key] = list(images.values()) if len(images) > 1 else images[key]  # other tables are unchanged
         return replace(_read_scene(content, self.source, Path()), reductions=self.reductions)
 
     def turning_forward(self) -> "Scene":
-        """This scene, or where its rotor turns backwards its mirror image, whose title says so: words are only of rotors that
-        turn forward.
+        """This scene, or if its rotor turns backward its mirror image, whose title says so: texts assume a rotor that turns
+        forward.
 
         Raises
         ------
         SceneError
-            The rotor turns both ways.
+            The rotor turns in both directions.
         """
         slowest, fastest = min(self.drive.speed), max(self.drive.speed)
         if slowest >= 0.0:
             return self
         if fastest > 0.0:
-            hint = "one run for each sense of rotation, for which the predictions hold"
+            hint = "predictions need one sense of rotation: use one run for each"
             raise SceneError(self.source, "drive.speed", list(self.drive.speed), "of one sign, or 0", hint)
         title = f"{self.title} ({MIRRORED})" if self.title else MIRRORED
         return replace(self.mirrored(), title=title[:MAX_TITLE])
 
 
 def _named(key: str, content: Any) -> dict[str, dict[str, Any]]:
-    """The tables of one key of a scene by their names, see `Scene.tables`."""
+    """The tables of one top-level key by name, see `Scene.tables`."""
     return {f"{key}.{table['name']}": table for table in content} if isinstance(content, list) else {key: content}
 
 
 def _all_named(content: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Every table of a scene's content by its name, see `Scene.tables`."""
+    """All tables of a scene's content by name, see `Scene.tables`."""
     return {name: table for key in content if key != "title" for name, table in _named(key, content[key]).items()}
 
 
@@ -295,7 +296,7 @@ def _key_classes() -> dict[str, tuple[type, ...]]:
 
 
 def all_keys() -> list[str]:
-    """Every dotted key that some scene can have, without repetition."""
+    """All dotted keys that any scene can have, without duplicates."""
     keys = ["title"]
     for table, classes in _key_classes().items():
         keys += [f"{table}.{key}" for item in classes for key in known_keys(item)]
@@ -303,7 +304,7 @@ def all_keys() -> list[str]:
 
 
 def all_names() -> list[str]:
-    """Every dotted key and behind those of amounts and angles both by their names, without repetition."""
+    """All dotted keys, then the names of amounts and angles, without duplicates."""
     names = all_keys()
     for table, classes in _key_classes().items():
         keys = [key for item in classes for key in known_keys(item) if polar_readers(item, key)]
@@ -327,14 +328,14 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
     Raises
     ------
     SceneError
-        Unreadable file, wrong TOML, or a scene that cannot be right; one line.
+        Unreadable file, invalid TOML, or an invalid scene; one line.
     """
     path = Path(path)
     return _read_scene(tables_of(text_of(path, "a scene", HINT), one_line(path)), one_line(path), path.parent)
 
 
 def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> Scene:
-    """Validate nested mappings; folder: where names of files start, None where none may be named."""
+    """Validate nested mappings; folder: base of relative file names, None if files are not allowed."""
     if not isinstance(mapping, Mapping):
         raise SceneError(file, "scene", shown(mapping), "a mapping with the tables " + ", ".join(_TABLES))
     for key in mapping:
@@ -388,23 +389,23 @@ def _reduced_tables(
     drive: Drive,
     clearances: list[Table],
 ) -> tuple[dict[str, Table], list[Table], list[Table], tuple[Any, ...]]:
-    """The tables with reduced bodies in the place of machines, those of the contacts with coordinates of them in the place of
-    nodes, those of the clearances with nodes, and the reductions."""
+    """Replace machines by reduced bodies, nodes of contacts by coordinates, and positions of clearances by nodes; returns tables,
+    contacts, clearances and reductions."""
     rotor, reductions = tables["rotor"], []
     table = _table(mapping, "reduction", rotor.file, rotor.folder)
     machines = [name for name in ("rotor", "stator") if is_machine(tables[name])]
     if not machines:
         if table.values:
-            table.refuse("tolerance", table.values.get("tolerance"), "left out", "no body is a \"machine\" or a \"shaft\"")
+            table.refuse("tolerance", table.values.get("tolerance"), "left out", "no body has model \"machine\" or \"shaft\"")
         return tables, touching, clearances, ()
     reduction = (*read_reduction(table, _elsewhere("reduction"), drive.fastest), drive.covered)
     for name in machines:
         touching, clearances, machine = _machine_of(tables[name], touching, clearances, max(map(abs, reduction[1])))
         places = places_of(tables[name], touching)
         if any(isinstance(place, Mapping) for place in places) and tables["stator"].values.get("model") != "rigid":
-            rotor.refuse("contact", only_or_all(places), "a node", "two nodes touch without a stator: leave [stator] out")
-        own, result = reduced(tables[name], machine, reduction, places)
-        tables, touching = {**tables, name: own}, with_coordinates(touching, name, places)
+            rotor.refuse("contact", only_or_all(places), "a node", "for contact between two nodes leave [stator] out")
+        made, result = reduced(tables[name], machine, reduction, places)
+        tables, touching = {**tables, name: made}, with_coordinates(touching, name, places)
         reductions.append(result)
     return tables, touching, clearances, tuple(reductions)
 
@@ -412,16 +413,16 @@ def _reduced_tables(
 def _machine_of(
     body: Table, touching: list[Table], clearances: list[Table], top: float
 ) -> tuple[list[Table], list[Table], Machine]:
-    """Contacts and clearances with nodes of a machine in the place of places along a shaft, and the machine; top: Hz."""
+    """(contacts, clearances, machine) with positions along a shaft replaced by nodes; top: highest frequency, Hz."""
     if body.values["model"] == "machine":
         return touching, clearances, machine_of_file(body, _elsewhere(body.name), nodes_of(clearances, body.name))
     stations = Stations(body, _elsewhere(body.name))
-    touching, clearances = (with_nodes(own, body.name, stations) for own in (touching, clearances))
+    touching, clearances = (with_nodes(listed, body.name, stations) for listed in (touching, clearances))
     return touching, clearances, stations.machine(top, nodes_of(clearances, body.name))
 
 
 def _refuse_other_speeds(table: Table, drive: Drive, rotor: RotorModel) -> None:
-    """A rotor reduced for some speeds says nothing about others."""
+    """SceneError for speeds outside the range for which the rotor was reduced."""
     if isinstance(rotor, ReducedRotor):
         low, high = rotor.speeds
         top = max(drive.speed) if drive.inertia is None else drive.fastest
@@ -436,7 +437,7 @@ def _table(mapping: Mapping[str, Any], name: str, file: str, folder: Path | None
         if name == "stator" and touches_itself(mapping):
             return Table(file, name, {"model": "rigid"}, folder)
         if name not in _OPTIONAL:
-            hint = "model = \"rigid\" for a wall that does not move" if name == "stator" else ""
+            hint = "model = \"rigid\" for a rigid wall" if name == "stator" else ""
             raise SceneError(file, name, None, f"given as a table [{name}]", hint)
         return Table(file, name, {}, folder)
     values = mapping[name]
@@ -453,7 +454,7 @@ def _read_title(raw: object, file: str) -> str:
 
 
 def _elsewhere(section: str | None, models: Mapping[str, type] | None = None) -> Callable[[str], str]:
-    """A function that says in which other table or model an unknown key would be right."""
+    """A function that names the other table or model in which an unknown key would be valid."""
 
     def where(key: str) -> str:
         tables = [
@@ -470,16 +471,16 @@ def _elsewhere(section: str | None, models: Mapping[str, type] | None = None) ->
 
 
 def _refuse_free_slip(table: Table, contacts: tuple[Contact, ...]) -> None:
-    """What a drive with a torque cannot have: friction that follows no slip."""
+    """SceneError for a torque-limited drive with one-sided friction, which has no contact diameter."""
     if any(contact.diameter is None for contact in contacts):
-        table.refuse("torque", None, "left out without contact.diameter", "friction brakes the drive at that diameter")
+        table.refuse("torque", None, "left out without contact.diameter", "friction brakes the drive at this diameter")
 
 
 def _refuse_coarse_time(table: Table, drive: Drive, contact: Contact, rotor: RotorModel) -> None:
-    """Late in a very long run the clock's last digit must still be shorter than a contact."""
+    """SceneError if the resolution of time at the end of a very long run is not fine compared with a contact."""
     period = 2.0 * math.pi * math.sqrt(rotor.mass_at(contact.rotor_coordinates[0]) / contact.stiffness)
     tick = math.ulp(drive.duration)
     if tick > 0.01 * period:
         key = "duration" if "duration" in table.values else "schedule"
-        wanted = f"shorter: at its end time resolves {tick:.2g} s, a contact lasts {period:.2g} s"
+        wanted = f"shorter: at its end time resolves {tick:.2g} s, the contact period is {period:.2g} s"
         table.refuse(key, drive.duration, wanted)

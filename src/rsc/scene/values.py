@@ -1,4 +1,4 @@
-"""Single values of a scene by their names, `rotor.mass` or `start.rotor[0][1]`: their readers and units, scenes with others."""
+"""Single values of a scene by name, such as `rotor.mass` or `start.rotor[0][1]`: readers, units, and changing them."""
 
 import re
 from collections.abc import Mapping
@@ -27,9 +27,9 @@ from rsc.units import DIMENSIONS
 
 _NAME = re.compile(r"(\w+(?:\.\w+)?)\.(\w+)((?:\[\d{1,4}\])*)", re.ASCII)
 _SINGLE = (Number, Integer, Flag, Choice, Text, PolarReader)
-_ENTRY = Number("dimensionless")  # of a matrix whose coordinates may be of any kind: in SI units
+_ENTRY = Number("dimensionless")  # entry of a matrix with coordinates of any kind: in SI units
 _PHYSICAL = ("rotor", "stator", "contact")
-# of a reduced body, about its making
+# keys of a reduced body that document the reduction
 _BOOKKEEPING = ("tolerance", "error", "band", "speeds", "coefficients_at", "highest_before", "highest_after", "observer_rows",
                 "observer_errors")
 
@@ -38,11 +38,11 @@ _BOOKKEEPING = ("tolerance", "error", "band", "speeds", "coefficients_at", "high
 class Value:
     """One value of a scene: a number or a word.
 
-    name : str, dotted key, with indices in brackets where the value stands in a list, or a name of `rsc.scene.names`
-    table, key : str, of "contact.*" the first contact; places : tuple of int, the indices
-    readers : tuple, of which one reads it; symmetric : bool, whether it is an entry of a symmetric matrix
-    meaning : str, of its key, or of its amount or angle
-    polar : str, "amount" or "angle" where it is that of all eccentricities of the key
+    name : str, dotted key, with indices in brackets for values in lists, or a name of `rsc.scene.names`
+    table, key : str, for "contact.*" those of the first contact; places : tuple of int, the indices
+    readers : tuple, tried in turn; symmetric : bool, whether it is an entry of a symmetric matrix
+    meaning : str, of the key, or of its amount or angle
+    polar : str, "amount" or "angle" of all eccentricities of the key, else ""
     """
 
     name: str
@@ -56,17 +56,17 @@ class Value:
 
     @property
     def dimension(self) -> str:
-        """A key of `rsc.units.DIMENSIONS`; "" of a word and of a count."""
+        """A key of `rsc.units.DIMENSIONS`; "" for words and counts."""
         return next((reader.dimension for reader in self.readers if isinstance(reader, (Number, PolarReader))), "")
 
     @property
     def physical(self) -> bool:
-        """Whether it is one of the machine, not of a run, a solver, an output or of the making of a reduced body."""
+        """Whether it describes the machine rather than run, solver, output or the reduction of a body."""
         return self.table.partition(".")[0] in _PHYSICAL and self.key not in _BOOKKEEPING
 
     @property
     def unit(self) -> str:
-        """Unit of the number as it is read; "SI" where it depends on the coordinate, "" of a word."""
+        """Unit of a plain number; "SI" if it depends on the coordinate, "" for words."""
         if _ENTRY in self.readers:
             return "SI"
         if self.dimension:
@@ -74,12 +74,12 @@ class Value:
         return "1" if any(isinstance(reader, Integer) for reader in self.readers) else ""
 
     def read(self, raw: object, file: str = "<scene>") -> float | int | str | bool:
-        """The value as it stands in a scene: a number in SI (frequencies Hz), or a word.
+        """Validate a raw value: a number in SI (frequencies in Hz), or a word.
 
         Raises
         ------
         SceneError
-            No scene may have this value in this place.
+            The value is not allowed here.
         """
         table, place = Table(file, self.table, {}), f"{self.key}.{self.polar}" if self.polar else self.name.rpartition(".")[2]
         for reader in self.readers[:-1]:
@@ -91,19 +91,19 @@ class Value:
 
 
 def value_of(scene: Scene, name: str) -> Value:
-    """Find a value by its name in the scenes of the kind of this one.
+    """Find a value by its name, in scenes of the same kind as this one.
 
     Raises
     ------
     SceneError
-        There is no such value; with the nearest name.
+        There is no such value; the message suggests the closest name.
     """
-    own = at_contacts(scene, name)[0]
-    if (polar := polar_name(scene, own)) is not None:
+    full = at_contacts(scene, name)[0]
+    if (polar := polar_name(scene, full)) is not None:
         return _polar_value(scene, name, *polar)
-    match = _NAME.fullmatch(own)
+    match = _NAME.fullmatch(full)
     if match is None:
-        hint = "the title is no value" if name == "title" else nearest(name, all_names())
+        hint = "the title is not a value" if name == "title" else nearest(name, all_names())
         raise SceneError(scene.source, one_line(name), None, "a key of a scene", hint)
     table, key, places = scene.table_name(match[1], name), match[2], tuple(int(i) for i in re.findall(r"\d+", match[3]))
     section = scene.section(table)
@@ -120,18 +120,18 @@ def value_of(scene: Scene, name: str) -> Value:
 
 
 def _polar_value(scene: Scene, name: str, table: str, key: str, word: str) -> Value:
-    """The amount or angle of all eccentricities of a key; SceneError where no one leads."""
+    """The amount or angle of all eccentricities of a key; SceneError if all are zero."""
     leading(scene, table, key)
     return Value(name, table, key, (), (polar_readers(scene.section(table), key)[word],), False, POLAR[word], word)
 
 
 def with_entries(scene: Scene, values: Mapping[str, Any]) -> Scene:
-    """`scene.with_values`, whose keys may also be names of entries of lists; an entry of a matrix changes with its mirror image.
+    """`scene.with_values` that also accepts entries of lists; in a symmetric matrix the mirrored entry changes, too.
 
     Raises
     ------
     SceneError
-        A value that does not exist, or a scene that cannot be right.
+        A value that does not exist, or an invalid scene.
     """
     whole: dict[str, Any] = {}
     for name, number in each_contact(scene, values).items():
@@ -148,7 +148,7 @@ def with_entries(scene: Scene, values: Mapping[str, Any]) -> Scene:
 
 
 def physical_values(scene: Scene) -> dict[str, float]:
-    """Every number of rotor, stator and contact that is not zero: name -> value; of a symmetric matrix one half."""
+    """All nonzero numbers of rotor, stator and contact: name -> value; of symmetric matrices only one half."""
     values = {}
     tables = scene.tables
     for table in [name for name in tables if name.partition(".")[0] in _PHYSICAL]:
@@ -159,7 +159,7 @@ def physical_values(scene: Scene) -> dict[str, float]:
                     continue
                 try:
                     value = value_of(scene, name)
-                except SceneError:  # an angle of [amount, angle], a number of a coordinate
+                except SceneError:  # angles of [amount, angle], coordinate numbers
                     continue
                 if value.dimension and not (value.symmetric and places[0] > places[1]):
                     values[name] = number
@@ -167,28 +167,28 @@ def physical_values(scene: Scene) -> dict[str, float]:
 
 
 def _plain(value: Any) -> Any:
-    """A number read by a PolarReader as its amount; anything else as it is."""
+    """The amount of a Polar; anything else unchanged."""
     return value.amount if hasattr(value, "amount") else value
 
 
 def _single_readers(reader: Any, places: tuple[int, ...]) -> tuple[Any, ...]:
-    """Readers of one value at some places within what a reader reads; none where a list stands."""
+    """Readers of the value at given indices within what a reader reads; empty if that is a list."""
     if isinstance(reader, Later):
         return tuple(single for form in reader.forms for single in _single_readers(form, places))
     if not places:
         return (reader,) if isinstance(reader, _SINGLE) else ()
-    first, behind = places[0], places[1:]
+    first, inner = places[0], places[1:]
     if isinstance(reader, Sequence):
-        return _single_readers(reader.item, behind)
+        return _single_readers(reader.item, inner)
     if isinstance(reader, Listed):
-        return _single_readers(reader.items[first], behind) if first < len(reader.items) else ()
-    if isinstance(reader, MatrixReader) and len(behind) == 1:
+        return _single_readers(reader.items[first], inner) if first < len(reader.items) else ()
+    if isinstance(reader, MatrixReader) and len(inner) == 1:
         if reader.entries is None:
             return (_ENTRY,)
-        return (reader.entries[first][behind[0]],) if max(places) < len(reader.entries) else ()
-    if isinstance(reader, PairReader) and not behind and first < 2:
+        return (reader.entries[first][inner[0]],) if max(places) < len(reader.entries) else ()
+    if isinstance(reader, PairReader) and not inner and first < 2:
         return (Number(reader.dimension),)
-    if isinstance(reader, PolarReader) and not behind and first < 2:
+    if isinstance(reader, PolarReader) and not inner and first < 2:
         return reader.items[first : first + 1]
     return ()
 
@@ -198,11 +198,11 @@ def _hint(reader: Any, table: str, key: str, places: tuple[int, ...]) -> str:
     for extra in ((0,), (0, 0), (0, 0, 0)):
         if _single_readers(reader, places + extra):
             return f"for example {table}.{key}" + "".join(f"[{i}]" for i in places + extra)
-    return "the key holds no list" if places else ""
+    return "the key is not a list" if places else ""
 
 
 def _content(scene: Scene, value: Value) -> Any:
-    """A copy of the plain content of a value's key, with what a scene may leave out: angles and a state of zeros."""
+    """A copy of the plain content of a value's key, including parts that a scene may omit: angles and a zero state."""
     pairs = pairs_of(scene, value.table, value.key)
     if pairs:
         return pairs
@@ -213,7 +213,7 @@ def _content(scene: Scene, value: Value) -> Any:
 
 
 def _unfolded(entry: Any) -> Any:
-    """A copy of nested lists."""
+    """A deep copy of nested lists."""
     return [_unfolded(item) for item in entry] if isinstance(entry, list) else entry
 
 
@@ -222,7 +222,7 @@ def _put(scene: Scene, name: str, content: Any, places: tuple[int, ...], number:
     for i in places[:-1]:
         content = content[i] if isinstance(content, list) and i < len(content) else None
     if not isinstance(content, list) or places[-1] >= len(content):
-        raise SceneError(scene.source, one_line(name), shown(number), "an entry of a list that the scene gives")
+        raise SceneError(scene.source, one_line(name), shown(number), "an entry of a list in the scene")
     content[places[-1]] = number
 
 

@@ -136,8 +136,8 @@ def announced(folder, matrices):
 
 
 BAD = {  # what is wrong with the files, more arguments, words of the refusal
-    "a table one row short": (rewritten("6,y\n", ""), [], "and the table 41 rows"),
-    "a node twice": (rewritten("1,x", "0,x"), [], "direction x of node 0 stands there twice"),
+    "a table one row short": (rewritten("6,y\n", ""), [], "but the table has 41 rows"),
+    "a node twice": (rewritten("1,x", "0,x"), [], "direction x of node 0 occurs twice"),
     "no such direction": (rewritten("1,x", "1,q"), [], "direction"),
     "a direction without its partner": (rewritten("1,y", "1,other"), [], "node 1 has the direction x and no y"),
     "an unsymmetric stiffness": (changed("stiffness", entry(0, 6, 1e3)), [], "the stiffness is not symmetric"),

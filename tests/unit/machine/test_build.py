@@ -120,7 +120,7 @@ def one_sided(i, j):
 
 BEARINGS = {"bearing": ((0.0, 0.0),) * 2}
 REFUSED = {  # changes of matrices, options of the rotor, words of the refusal
-    "size": ({"damping": lambda m: m[:-1, :-1]}, {}, "the damping has the size 41x41 and the table 42 rows"),
+    "size": ({"damping": lambda m: m[:-1, :-1]}, {}, "the damping has size 41x41 but the table has 42 rows"),
     "unsymmetric mass": ({"mass": one_sided(0, 4)}, {}, "the mass matrix is not symmetric"),
     "indefinite mass": (
         {"mass": lambda m: changed(19, 19, 0.0, -1.0)(changed(18, 18, 0.0, -1.0)(m))},
@@ -129,14 +129,14 @@ REFUSED = {  # changes of matrices, options of the rotor, words of the refusal
     ),
     "indefinite stiffness": ({"stiffness": lambda m: m - 1e7 * np.eye(42)}, {}, "the stiffness is indefinite"),
     "unsymmetric stiffness": ({"stiffness": one_sided(0, 6)}, {}, "the stiffness is not symmetric"),
-    "coupled with z": ({"stiffness": changed(0, 2, 1e5)}, {}, "torsion or axial motion, as by gears, is not"),
-    "crosswise mass": ({"mass": changed(0, 7, 0.1)}, {}, "mass matrix couples x and y crosswise"),
+    "coupled with z": ({"stiffness": changed(0, 2, 1e5)}, {}, "torsion or axial motion, as with gears, is not"),
+    "crosswise mass": ({"mass": changed(0, 7, 0.1)}, {}, "mass matrix cross-couples x and y"),
     "symmetric gyroscopics": ({"gyroscopic": np.abs}, {}, "the gyroscopic matrix depends on the direction"),
     "not skew gyroscopics": ({"gyroscopic": changed(0, 0, 0.1)}, {}, "the gyroscopic matrix is not skew-symmetric"),
-    "gyroscopics the other way": ({"gyroscopic": np.negative}, {}, "turns from y to x"),
+    "gyroscopics the other way": ({"gyroscopic": np.negative}, {}, "sign of rotation from y to x"),
     "no bearings": ({}, BEARINGS, ": 2 rigid-body or other motions have no stiffness"),
     "one bearing": ({}, {"bearing": ((1e7, 1e7), (0.0, 0.0))}, "1 rigid-body or other motions"),
-    "newtons per million kilometres": ({"stiffness": lambda m: 1e-12 * m}, {}, "units of mass and stiffness do not fit"),
+    "newtons per million kilometres": ({"stiffness": lambda m: 1e-12 * m}, {}, "units of mass and stiffness are inconsistent"),
 }
 
 
@@ -184,14 +184,14 @@ def test_negative_eigenvalues_are_found_at_the_end_of_the_spectrum():
 
 def test_solid_elements_are_told_as_such():
     matrices, nodes, directions = casing()
-    with pytest.raises(DataError, match=r"couples x, y, rx or ry with other directions.*solid elements: model the rotor by beam"):
+    with pytest.raises(DataError, match=r"couples x, y, rx or ry with other directions.*solid elements: use beam"):
         rotor_model(matrices, table(nodes, directions), "test")
 
 
 def test_entries_beyond_any_machine_are_refused():
     matrices, nodes, directions = rotor()
     matrices["stiffness"][0, 6] = matrices["stiffness"][6, 0] = 1e40
-    with pytest.raises(DataError, match="the stiffness has an entry of 1e\\+40, which no machine has"):
+    with pytest.raises(DataError, match="the stiffness has an entry of 1e\\+40, which is impossible in a machine"):
         rotor_model(matrices, table(nodes, directions), "test")
 
 
@@ -208,7 +208,7 @@ def test_millimetres_and_tonnes_are_noticed_and_turned_into_si():
     scale = np.diag(np.where(np.isin(directions, ("rx", "ry", "rz")), 1.0, 1e-3))
     in_mm = {name: 1e3 * scale @ matrix @ scale for name, matrix in matrices.items()}
     places = replace(table(nodes, directions), position={})
-    with pytest.raises(DataError, match=r"elements look .* m long: if they are millimetres"):
+    with pytest.raises(DataError, match=r"elements look .* m long: if the units are millimetres"):
         rotor_model(in_mm, places, "test")
     model = rotor_model(in_mm, places, "test", units="mm")
     assert np.allclose(model.mass, built().mass, rtol=1e-12) and np.allclose(model.stiffness, built().stiffness, rtol=1e-12)
@@ -297,7 +297,7 @@ def test_a_solid_casing_in_millimetres_is_noticed():
     model = stator_model(matrices, table(nodes, directions), "test", **options)
     assert model.is_sparse and model.n == 435
     in_mm = {name: 1e-3 * matrix for name, matrix in matrices.items()}  # N/mm and tonnes
-    with pytest.raises(DataError, match="too soft for their mass: if they are millimetres"):
+    with pytest.raises(DataError, match="too soft for their mass: if the units are millimetres"):
         stator_model(in_mm, replace(table(nodes, directions), position={}), "test", **options)
     turned = stator_model(in_mm, table(nodes, directions), "test", **options, units="mm")
     assert abs(turned.stiffness - model.stiffness).max() < 1e-9 * abs(model.stiffness).max()

@@ -29,8 +29,8 @@ REFUSALS = {
     "node,direction\n1e3,x\n": "must be a whole number",
     "node,direction,position\n1,x,nan\n": "position 'nan': must be a number",
     "node,direction\n1,x,3\n": "line 2: has 3 values for 2 columns",
-    "node,direction\n1,x\n1,x\n": "direction x of node 1 stands there twice",
-    "node,direction,name\n1,x,disc\n2,x,disc\n": "stands for nodes 1 and 2",
+    "node,direction\n1,x\n1,x\n": "direction x of node 1 occurs twice",
+    "node,direction,name\n1,x,disc\n2,x,disc\n": "is used for nodes 1 and 2",
     "node,direction,position\n1,x,1\n1,y,2\n": "positions 1 and 2",
     'node,direction\n"1,x\n': "no text of comma separated values",
 }

@@ -113,7 +113,7 @@ def test_a_damaged_file_is_refused_in_one_line(tmp_path, compressor, change, pro
     save_model(compressor, tmp_path / "a.npz")
     with np.load(tmp_path / "a.npz") as file, np.errstate(all="ignore"):
         np.savez(tmp_path / "b.npz", **change(dict(file)))
-    with pytest.raises(DataError, match=rf"no model written by `rsc import` \({problem}\)"):
+    with pytest.raises(DataError, match=rf"not a model written by `rsc import` \({problem}\)"):
         load_model(tmp_path / "b.npz")
 
 
@@ -421,7 +421,7 @@ def test_rotating_damping_makes_the_shaft_unstable_above_its_threshold(tmp_path)
 @pytest.mark.parametrize(
     ("old", "new", "problem"),
     [
-        ("0,1500", "0,500", "line 3: the rotor speed must be more"),
+        ("0,1500", "0,500", "line 3: the rotor speed must exceed"),
         ("0,1500,5e6,8e5,-8e5,6e6,200,0,0,300\n", "", "node 0 has one row"),
         ("node,rpm", "node,hz,rpm", "one column for the rotor speed"),
         ("node,rpm", "node,speed", "column 'speed'"),
@@ -447,16 +447,16 @@ def test_tables_that_cannot_be_are_refused_in_one_line(tmp_path, capsys, old, ne
 
 def test_speeds_and_files_that_do_not_fit_are_refused(tmp_path, capsys):
     for files, speeds, problem in (
-        (FILES[:2], ["4000 rpm"], "2 files of ROSS need as many rotor speeds"),
-        (FILES[:2], ["4000 rpm", "4000 rpm"], "rotor speed 66.6667 Hz must be more than 66.6667 Hz"),
-        ([FILES[0], FOLDER / "ross_rotor.mat"], ["4000 rpm", "6000 rpm"], "its coordinates are not those of"),
+        (FILES[:2], ["4000 rpm"], "2 ROSS files need as many rotor speeds"),
+        (FILES[:2], ["4000 rpm", "4000 rpm"], "rotor speed 66.6667 Hz must be above the previous one, 66.6667 Hz"),
+        ([FILES[0], FOLDER / "ross_rotor.mat"], ["4000 rpm", "6000 rpm"], "its coordinates differ from those of"),
     ):
         command = ["import", "ross", *map(str, files), "--speed", *speeds, "-o", str(tmp_path / "a.toml"), "--contact", "3"]
         assert main(command) != 0
         error = capsys.readouterr().err
         assert problem in error and error.count("\n") == 1
     first = replace(model(bearing=((1e7, 1e7), (1e7, 1e7)), free=False), speed=10.0)
-    with pytest.raises(DataError, match="the mass is another one at 20 Hz"):
+    with pytest.raises(DataError, match="the mass differs at 20 Hz"):
         over_speed([first, replace(first, speed=20.0, mass=1.01 * first.mass)])
     with pytest.raises(DataError, match="need 2 to 100 speeds"):
         over_speed([first])

@@ -49,9 +49,9 @@ def test_a_force_over_the_penetration_has_its_slope_as_stiffness(tmp_path):
     text = FREE.replace("XY,3,", "XY,-3,").replace(",0.0,2.5e7,SKIP,SKIP,1.0,2.5E+7", ",-1.0,0.0,0.0,0.0,1e-4,2500.0,2e-4,5000.0")
     assert read_gaps(deck(tmp_path, text)) == [SEAL]
     bent = text.replace("5000.0", "6000.0")
-    with pytest.raises(DataError, match="TABLED1 3 over the penetration is no straight line; rsc takes one number"):
+    with pytest.raises(DataError, match="TABLED1 3 is not proportional to the penetration; rsc needs a single number"):
         read_gaps(deck(tmp_path, bent))
-    with pytest.raises(DataError, match="TABLED1 3 does not begin at penetration 0"):
+    with pytest.raises(DataError, match="TABLED1 3 does not start at penetration 0"):
         read_gaps(deck(tmp_path, text.replace("-1.0,0.0", "-1.0,1.0")))
 
 
@@ -66,16 +66,16 @@ def test_millimetres_and_a_clockwise_shaft(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "wanted"),
     [
-        (",0.,2.-4,1.,2.-4", ",0.,2.-4,1.,3.-4", "the clearance of TABLED1 10 changes over time"),
-        (",0.,.15,1.,.15", ",0.,.15,1.,.2", "the friction of TABLED1 6 changes over time"),
-        ("1.0,2.5E+7", "1.0,2.6E+7", "the stiffness of TABLED1 3 changes over time"),
+        (",0.,2.-4,1.,2.-4", ",0.,2.-4,1.,3.-4", "the clearance of TABLED1 10 varies with time"),
+        (",0.,.15,1.,.15", ",0.,.15,1.,.2", "the friction of TABLED1 6 varies with time"),
+        ("1.0,2.5E+7", "1.0,2.6E+7", "the stiffness of TABLED1 3 varies with time"),
         ("TABLED1,6", "TABLED1,7", "it has no TABLED1 6"),
         ("LINEAR,LINEAR", "LINEAR,LOG", "TABLED1 3 has a logarithmic axis"),
-        (",XY,", ",QR,", "the plane 'QR' of an NLRGAP is none of XY, YZ, ZX"),
+        (",XY,", ",QR,", "the plane 'QR' of an NLRGAP is not XY, YZ or ZX"),
         ("NLRGAP", "NLRGAQ", "it has no NLRGAP"),
         ("2.-4", "-2.-4", "no positive stiffness and clearance"),
-        ("0.025", "much", "'much' stands where a number belongs"),
-        (",11,", ",1x,", "'1x' stands where a whole number belongs"),
+        ("0.025", "much", "'much' found where a number is expected"),
+        (",11,", ",1x,", "'1x' found where an integer is expected"),
         (",0.,2.-4,1.,2.-4", "", "the clearance of TABLED1 10"),
     ],
 )

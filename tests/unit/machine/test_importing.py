@@ -85,7 +85,7 @@ def test_a_table_is_asked_for_and_must_fit(tmp_path):
     paths = written(tmp_path, "npz", matrices)
     with pytest.raises(DataError, match="a coordinate table is needed"):
         import_fe(**paths)
-    with pytest.raises(DataError, match="has the size 30x30 and the table 24 rows"):
+    with pytest.raises(DataError, match="has size 30x30 but the table has 24 rows"):
         import_fe(**paths, coordinates=write_table(tmp_path, nodes[:24], directions[:24]))
     labelled = tmp_path / "labelled"
     labelled.mkdir()

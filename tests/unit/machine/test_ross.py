@@ -116,7 +116,7 @@ def test_several_speeds_are_knots_between_which_coefficients_are_linear():
     assert own.stiffness[0, 0] == pytest.approx(plain.stiffness[0, 0] + 1e3 * Omega, rel=1e-12)
     assert own.skew_stiffness[0, 0] == pytest.approx(-0.3e3 * Omega, rel=1e-12)
     assert model.speed is None and "damping" not in model.knots.parts
-    with pytest.raises(DataError, match="must be more than 60 Hz"):
+    with pytest.raises(DataError, match="must be above the previous one, 60 Hz"):
         from_ross(rotor, speeds=[60.0, 20.0])
     with pytest.raises(DataError, match="need 2 to 100 speeds"):
         from_ross(rotor, speeds=[20.0])
@@ -159,14 +159,14 @@ def test_a_magnetic_bearing_is_taken_at_the_frequency_of_the_whirl_and_it_is_sai
         more = np.diag(model.stiffness - plain.stiffness)
         assert more[[0, -2]] == pytest.approx([2e3 * vibration, 1e3 * Omega], rel=1e-9)
         assert np.diag(model.damping - plain.damping)[0] == pytest.approx(5.0 * vibration, rel=1e-9)
-    assert "magnetic bearings (Levitation) have the coefficients of a vibration at 70 Hz." in from_ross(rotor, 20.0, -70.0).notes
-    assert "at 20 Hz; a whirl of another frequency meets others" in from_ross(rotor, 20.0).notes[-1]
-    with pytest.raises(DataError, match="follow the frequency of a vibration, not the rotor speed; name a frequency"):
+    assert "magnetic bearings (Levitation) have their coefficients for a vibration at 70 Hz." in from_ross(rotor, 20.0, -70.0).notes
+    assert "at 20 Hz; for whirl at another frequency use" in from_ross(rotor, 20.0).notes[-1]
+    with pytest.raises(DataError, match="depend on the vibration frequency, not the rotor speed; give a frequency"):
         from_ross(rotor, speeds=[15.0, 40.0])
     over = from_ross(rotor, frequency=-70.0, speeds=[15.0, 40.0])
     more = np.diag(over.at_speed(20.0).stiffness - plain.stiffness)
     assert more[[0, -2]] == pytest.approx([2e3 * Psi, 1e3 * Omega], rel=1e-9)
-    with pytest.raises(DataError, match=r"Levitation has coefficients from 0\.1592 to 159\.2 Hz, none at 200 Hz"):
+    with pytest.raises(DataError, match=r"Levitation has coefficients from 0\.1592 to 159\.2 Hz, but not at 200 Hz"):
         from_ross(rotor, 20.0, -200.0)
 
 
@@ -174,11 +174,11 @@ def test_a_later_ross_is_asked_at_the_speed_and_at_the_frequency():
     rotor = LaterRotor("ross_rotor")
     notes = from_ross(rotor, 20.0, -70.0).notes
     assert rotor.calls[-2:] == pytest.approx([2.0 * np.pi * 70.0, 2.0 * np.pi * 20.0])
-    assert "at a rotor speed of 20 Hz, what depends on the frequency of a vibration that at 70 Hz, forward" in notes[-1]
+    assert "for a rotor speed of 20 Hz, those that depend on the vibration frequency for 70 Hz, forward" in notes[-1]
 
 
 def test_what_is_no_rotor_of_ross_is_refused(tmp_path):
-    with pytest.raises(DataError, match=r"no rotor of ROSS 2\.3 or 3"):
+    with pytest.raises(DataError, match=r"not a rotor of ROSS 2\.3 or 3"):
         from_ross(SimpleNamespace(M=3))
     scipy.io.savemat(tmp_path / "a.mat", {"M": np.eye(12), "K": np.eye(12)})
     with pytest.raises(DataError, match="it has no C, G, nodes"):
@@ -195,7 +195,7 @@ def test_what_is_no_rotor_of_ross_is_refused(tmp_path):
 def test_coefficients_that_follow_the_speed_are_asked_for_where_they_are_known(tmp_path):
     rotor = Rotor("ross_rotor")
     rotor.bearing_elements[0].frequency = 2.0 * np.pi * np.array([10.0, 50.0])
-    with pytest.raises(DataError, match=r"has coefficients from 10 to 50 Hz, none at 0 Hz; name a speed"):
+    with pytest.raises(DataError, match=r"has coefficients from 10 to 50 Hz, but not at 0 Hz; give a speed"):
         from_ross(rotor)
     assert from_ross(rotor, 20.0).speed == 20.0
     raw = read_matrices(FOLDER / "ross_rotor.mat").matrices

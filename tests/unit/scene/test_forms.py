@@ -31,7 +31,7 @@ def with_key(section, **attributes):
 
 @pytest.mark.parametrize("section", [Drive, Start])
 def test_a_declared_key_without_a_form_is_refused_when_its_class_is_made(section):
-    with pytest.raises(TypeError, match=rf"{section.__name__}\.swing: a key must be declared and stand in a form"):
+    with pytest.raises(TypeError, match=rf"{section.__name__}\.swing: a key must be declared and belong to a form"):
         declared_in(with_key(section))
 
 
@@ -62,7 +62,7 @@ def test_a_new_form_is_whole_and_alone(monkeypatch):
 def test_a_key_that_a_reader_leaves_is_a_fault_that_names_it():
     values = read_table(with_key(Reduction), Table("a.toml", "reduction", {"swing": 3.0, "tolerance": 1e-3}))
     assert values["tolerance"] == 1e-3
-    with pytest.raises(AssertionError, match=r"\[reduction\] swing is declared, and nothing reads it"):
+    with pytest.raises(AssertionError, match=r"\[reduction\] swing is declared, but nothing uses it"):
         values.refuse_untaken()
     assert values["swing"] == 3.0
     values.refuse_untaken()

@@ -154,7 +154,7 @@ def test_a_grade_in_two_planes_is_that_of_the_whole_rotor(model):
     for words, planes in wrong.items():
         with pytest.raises(ValueError, match=f"{words}.* kg m"):
             amounts_of(placed, planes, 40.0)
-    with pytest.raises(ValueError, match="without positions"):
+    with pytest.raises(ValueError, match="without node positions"):
         amounts_of(replace(model, position={}), [Unbalance(1, "G 2.5"), Unbalance(8, "G 2.5")], 40.0)
 
 
@@ -246,7 +246,7 @@ def test_what_cannot_be_is_refused_in_one_line(model, tmp_path, keys, more, prob
 def test_a_file_that_is_no_model_is_refused(model, tmp_path):
     path = written(tmp_path, model, PLAIN)
     np.savez(tmp_path / "rotor.npz", mass=np.eye(3))
-    with pytest.raises(rsc.SceneError, match="no model written by `rsc import`"):
+    with pytest.raises(rsc.SceneError, match="not a model written by `rsc import`"):
         rsc.load_scene(path)
 
 

@@ -81,7 +81,7 @@ def test_an_entry_may_be_an_angle_that_the_scene_leaves_out():
         "rotor.mass.angle": "did you mean",
         "rotor.angle": "a key of [rotor]",
         "contact.*.frction": "friction",
-        "contact.friction": "contact.* is every contact",
+        "contact.friction": "contact.* means every contact",
         "contact.free.ring_eccentricity.angle": "contact.drive_end or contact.free_end",
         "contact.drive_end.angle": "contact.drive_end or contact.free_end",
         "start.*.rotor": "a key of a scene",

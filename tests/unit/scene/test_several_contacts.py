@@ -91,7 +91,7 @@ def test_a_value_of_no_contact_is_refused(name, told):
 @pytest.mark.parametrize(
     ("second", "told"),
     [
-        ({"name": "seal"}, "contact[1].name = 'seal': must be another than that of contact[0]"),
+        ({"name": "seal"}, "contact[1].name = 'seal': must be different from that of contact[0]"),
         ({"name": None}, "contact[1].name = (missing): must be given"),
         ({"name": "2nd"}, "a name of at most 40 letters"),
         ({"name": "a.b"}, "a name of at most 40 letters"),

@@ -191,7 +191,7 @@ REFUSED = [
         {"disks": "[{at = 0.2, diameter = 0.05, width = 0.1}]"},
         r"rotor\.disks\[0\]\.diameter = 0\.05: must be more than that of the shaft there, 0\.06 m",
     ),
-    ({"disks": "[{at = 0.2, mass = 3}]"}, r"rotor\.disks\[0\]\.polar_inertia = \(missing\): must be given beside the others"),
+    ({"disks": "[{at = 0.2, mass = 3}]"}, r"rotor\.disks\[0\]\.polar_inertia = \(missing\): must be given: mass, polar_inertia"),
     ({"disks": "[{at = 0.2}]"}, r"rotor\.disks\[0\]\.mass = \(missing\): must be given"),
     (
         {"disks": "[{at = 0.2, mass = 3, polar_inertia = 0.1, diametral_inertia = 0.04}]"},
@@ -200,7 +200,7 @@ REFUSED = [
     ({"bearings": "[]"}, r"rotor\.bearings = .*: must be a list of tables"),
     (
         {"bearings": "[{at = 0.1, stiffness = 1e7}]"},
-        r"rotor\.bearings = .*: must be such that they hold the shaft \(.*1 rigid-body",
+        r"rotor\.bearings = .*: must be bearings that support the shaft \(.*1 rigid-body",
     ),
     (
         {"bearings": "[{at = 0.1}, {at = 0.4, stiffness = 1e7}]"},
@@ -236,7 +236,7 @@ def test_what_cannot_be_is_refused_with_station_and_value(changes, message):
         ("speed [rpm], k_xx [mm], k_yy [N/m]\n1,2,3\n2,3,4\n", r"column 'k_xx \[mm\]': its unit must be a number in N/m"),
         ("speed [rpm], k_xx [N/m], k_zz [N/m]\n1,2,3\n2,3,4\n", r"must be speed or one of k_xx"),
         ("speed [rpm], k_xx [N/m]\n1,2\n2,3\n", r"must have the columns speed, k_xx and k_yy"),
-        ("speed [rpm], k_xx [N/m], k_yy [N/m]\n2,2,3\n1,3,4\n", r"line 3: the speed must be more"),
+        ("speed [rpm], k_xx [N/m], k_yy [N/m]\n2,2,3\n1,3,4\n", r"line 3: the speed must exceed"),
         ("speed [rpm], k_xx [N/m], k_yy [N/m]\n2,2,3\n", r"has 1 rows of coefficients"),
         ("speed [rpm], k_xx [N/m], k_yy [N/m]\n2,x,3\n3,3,4\n", r"line 2: k_xx"),
         ("", "an empty table"),
@@ -256,8 +256,8 @@ def test_a_place_along_no_shaft_is_refused():
     lines = [line for line in own.splitlines()]
     start, end = lines.index("sections = ["), lines.index("[contact]")
     simple = "\n".join([*lines[:start], "mass = 1.0", "frequency = 30.0", *lines[end:]])
-    with pytest.raises(rsc.SceneError, match=r'contact\.at = \'330 mm\': must be left out \(the rotor is no "shaft"'):
+    with pytest.raises(rsc.SceneError, match=r'contact\.at = \'330 mm\': must be left out \(the rotor does not have model "shaft"'):
         rsc.Scene.from_toml(simple)
     without = text().replace('at = "330 mm"', "")
-    with pytest.raises(rsc.SceneError, match=r"contact\.at = \(missing\): must be given: the place along the shaft"):
+    with pytest.raises(rsc.SceneError, match=r"contact\.at = \(missing\): must be given: the position along the shaft"):
         rsc.Scene.from_toml(without)

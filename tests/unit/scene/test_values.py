@@ -40,7 +40,7 @@ def test_a_value_has_its_unit(scene, name, unit, dimension):
         ("fricton", "contact.friction"),
         ("rotor.masses", "rotor.mass"),
         ("drive.schedule", "drive.schedule[0][0]"),
-        ("rotor.mass[0]", "no list"),
+        ("rotor.mass[0]", "is not a list"),
         ("start.rotor[0][2]", "single number"),
         ("title", "key of a scene"),
         ("rotor.mass]", "key of a scene"),

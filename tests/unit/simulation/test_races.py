@@ -120,7 +120,7 @@ def test_many_runs_have_the_bits_of_one():
 @pytest.mark.parametrize(
     ("seal", "message"),
     [
-        ({"race_inertia": 1e-4}, "without diameter nobody knows what turns it"),
+        ({"race_inertia": 1e-4}, "friction drives it only with contact.diameter"),
         ({"race_drag": 1e-4}, r"needs contact\.race_inertia"),
         (TURNING | {"race_inertia": 0.0}, "race_inertia = 0.0: must be"),
         (TURNING | {"race_drag": -1.0}, "race_drag = -1.0: must be"),

@@ -163,8 +163,8 @@ def test_results_and_scenes_keep_the_two_places(tmp_path):
         ([0, 2], {}, "a whole number from 0 to 1"),
         ([0, -1], {}, "from 0"),
         ([0, 1.5], {}, "whole number"),
-        ([0], {}, "two that touch each other"),
-        ([0, 1, 1], {}, "two that touch each other"),
+        ([0], {}, "two for contact with each other"),
+        ([0, 1, 1], {}, "two for contact with each other"),
         ([0, 1], {"stator": {"model": "laval", "mass": 1.0, "frequency": 10.0}}, "leave .stator. out"),
         (0, {}, "given as a table .stator."),
     ],
@@ -254,7 +254,7 @@ def test_two_nodes_of_a_machine_touch_each_other(machine):
 @pytest.mark.parametrize(
     ("contact", "stator", "problem"),
     [
-        ("{node = 2, against = 2}", "", "does not touch itself"),
+        ("{node = 2, against = 2}", "", "cannot touch itself"),
         ("{node = 2, against = 99}", "", "no node 99"),
         ("{node = 2}", "", "node = ..., against = ..."),
         ("{node = 2, to = 11}", "", "node = ..., against = ..."),

@@ -21,12 +21,12 @@ def test_values_that_no_measurement_determines_are_refused(name):
 
 
 def test_the_title_is_no_value_and_is_not_proposed():
-    with pytest.raises(SceneError, match=r"title = .*\(the title is no value\)"):
+    with pytest.raises(SceneError, match=r"title = .*\(the title is not a value\)"):
         free_values(SCENE, ["title"], {})
 
 
 def test_a_unit_that_stands_once_in_a_range_holds_for_both_ends():
     (free,) = free_values(SCENE, ["contact.gap"], {"contact.gap": "0.1:0.4 mm"})
     assert (free.low, free.high) == (1e-4, 4e-4)
-    with pytest.raises(SceneError, match="with a unit each"):
+    with pytest.raises(SceneError, match="that all have a unit"):
         free_values(SCENE, ["contact.gap"], {"contact.gap": (0.1, "0.4 mm")})

@@ -130,7 +130,7 @@ def test_a_report_of_a_rotor_that_turns_backwards_is_that_of_its_mirror_image(tm
     backwards = replace(forward.mirrored(), source="pump.toml")
     wanted, found = rsc.check(forward), rsc.check(backwards)
     assert found.agreement == wanted.agreement and found.result.scene.drive.speed == (50.0, 50.0)
-    assert "turns backwards: in the mirror image" in found.result.scene.title
+    assert "turns backward: shown in the mirror image" in found.result.scene.title
     np.testing.assert_array_equal(found.result.rotor, wanted.result.rotor)
     for refused in (survey, force_ratios, rsc.sensitivity):
         with pytest.raises(rsc.SceneError, match=r"speed = -50\.0: must be at least 0 Hz"):
@@ -146,7 +146,7 @@ def test_a_report_of_a_rotor_that_turns_backwards_is_that_of_its_mirror_image(tm
         assert main(["predict", *arguments]) == 0
         told.append(capsys.readouterr())
     assert told[0].out == told[1].out and told[2].out == told[3].out
-    assert told[1].err == told[3].err and "turns backwards" in told[1].err and not told[0].err
+    assert told[1].err == told[3].err and "turns backward" in told[1].err and not told[0].err
 
 
 def test_the_smallest_impulse_and_a_sweep_of_a_rotor_that_turns_backwards():

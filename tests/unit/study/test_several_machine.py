@@ -291,5 +291,5 @@ def test_a_coordinate_that_is_no_contact_of_a_machine_is_refused(model, tmp_path
 def test_contacts_that_move_alike_are_refused():
     machine = random_machine(np.random.default_rng(11))
     body = with_rows(machine.rotor, machine.rotor.contact)
-    with pytest.raises(ReductionError, match="move alike"):
+    with pytest.raises(ReductionError, match="move together"):
         reduce(body, machine.band, machine.speeds, 1e-2)

@@ -68,7 +68,7 @@ def test_a_table_gives_the_cases(tmp_path):
         ("contact.friction\n0.1,0.2\n", "line 2 has 2 cells"),
         ("contact.friction\n0.1\n0,2 x\n", "line 3 has 2 cells"),
         ("contact.gap\n1 mm\n1 kg\n", "line 3: contact.gap = '1 kg'"),
-        ("contact.gap\n1 mm\n0.2\n", "column contact.gap: must be numbers with a unit each, as '1 mm' is"),
+        ("contact.gap\n1 mm\n0.2\n", "column contact.gap: must be numbers that all have a unit, like '1 mm'"),
         ("contact.gap\n", "0 cases"),
         ("contact.gap,contact.gap\n1,1\n", "different values"),
         ("contact.gab\n1\n", "contact.gap"),

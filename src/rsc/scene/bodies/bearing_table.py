@@ -1,4 +1,4 @@
-"""Coefficients of a bearing over the rotor speed, from a CSV file whose first line names their units."""
+"""Coefficients of a bearing over the rotor speed, from a CSV file with units in its header."""
 
 import re
 
@@ -10,7 +10,7 @@ from rsc.machine.imports.coordinates import cells_of, number_in, rows_of
 from rsc.machine.model.following import MOST_KNOTS
 from rsc.units import QuantityError, quantity
 
-# columns, their place among the eight coefficients and what they are of
+# column -> index among the eight coefficients
 _PLACES = {f"{letter}_{pair}": 4 * k + i for k, letter in enumerate("kc") for i, pair in enumerate(("xx", "xy", "yx", "yy"))}
 _DIMENSION = {"k": "stiffness", "c": "damping"}
 _EXAMPLE = "speed [rpm], k_xx [N/m], k_yy [N/m], c_xx [N s/m], c_yy [N s/m]"
@@ -20,13 +20,13 @@ _COLUMN = re.compile(r"\s*(\w+)\s*[\[(]\s*(.+?)\s*[\])]\s*")
 def read_bearing_table(path: object) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Speeds (k,) in Hz and coefficients (k, 8) in N/m and N s/m.
 
-    The first line names the columns with their units, as in ``speed [rpm], k_xx [N/m], k_yy [N/m], c_xx [N s/m], c_yy [N s/m]``;
-    cross-coupled ones, k_xy, k_yx, c_xy and c_yx, are 0 where they have no column.
+    The header names the columns with their units, as in ``speed [rpm], k_xx [N/m], k_yy [N/m], c_xx [N s/m], c_yy [N s/m]``;
+    cross-coupled ones, k_xy, k_yx, c_xy and c_yx, are 0 if absent.
 
     Raises
     ------
     DataError
-        Not readable, a column without its unit or of another kind, no number, speeds that do not rise, fewer than two rows.
+        Not readable, a column without unit or of unknown kind, not a number, speeds that do not increase, fewer than two rows.
     """
     file = one_line(path)
     heads, lines = rows_of(path, None, (), "a table of bearing coefficients")
@@ -37,17 +37,17 @@ def read_bearing_table(path: object) -> tuple[NDArray[np.float64], NDArray[np.fl
     speeds: list[float] = []
     rows = []
     for number, line in lines:
-        where, own = f"line {number}", np.zeros(8)
+        where, eight = f"line {number}", np.zeros(8)
         cells = cells_of(file, where, heads, line)
         numbers = [number_in(file, where, head, cells[head], float) for head in heads]
         values = {name: factor * value for (name, factor), value in zip(columns, numbers, strict=True)}
         speed = values.pop("speed")
         if speeds and not speed > speeds[-1]:
-            raise DataError(file, f"{where}: the speed must be more than in the row before")
+            raise DataError(file, f"{where}: the speed must exceed that of the previous row")
         for name, value in values.items():
-            own[_PLACES[name]] = value
+            eight[_PLACES[name]] = value
         speeds.append(speed)
-        rows.append(own)
+        rows.append(eight)
     if not 2 <= len(speeds) <= MOST_KNOTS:
         raise DataError(file, f"has {len(speeds)} rows of coefficients: must be 2 to {MOST_KNOTS}")
     return np.array(speeds), np.array(rows)

@@ -1,11 +1,12 @@
-"""The models of [rotor] and [stator]: their keys, defaults, refusals and matrices, as frozen dataclasses.
+"""The models of [rotor] and [stator]: their keys, defaults, checks and matrices, as frozen dataclasses.
 
-What the scene says is kept (a frequency stays a frequency, a damping ratio a ratio), so that a sweep over the mass does what its
-user meant; `rsc.system.assemble` asks a model for its matrices.
+Input is kept as given (a frequency stays a frequency, a damping ratio a ratio), so that a sweep over the mass does what is
+expected; `rsc.system.assemble` gets the matrices from a model.
 """
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -38,6 +39,7 @@ from rsc.scene.keys.keys import (
     Polar,
     PolarReader,
     Sequence,
+    Table,
     declare,
     per_coordinate,
 )
@@ -47,12 +49,12 @@ from rsc.scene.keys.keys import (
 class _Laval(BodyModel):
     """One mass on an isotropic spring and dashpot."""
 
-    mass: float = declare(MASS, meaning="Mass that moves.")
+    mass: float = declare(MASS, meaning="Mass.")
     frequency: float | None = declare(
-        Number("frequency", above=0.0), None, meaning="Natural frequency without damping; it stands for the stiffness."
+        Number("frequency", above=0.0), None, meaning="Undamped natural frequency, instead of the stiffness."
     )
-    stiffness: float | None = declare(STIFFNESS, None, meaning="Stiffness of the spring, the same in every direction.")
-    damping_ratio: float | None = declare(RATIO, None, meaning="Damping as a share of the critical damping.")
+    stiffness: float | None = declare(STIFFNESS, None, meaning="Isotropic stiffness.")
+    damping_ratio: float | None = declare(RATIO, None, meaning="Damping ratio.")
     damping: float | None = declare(Number("damping"), None, meaning="Damping constant of the dashpot.")
     supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING, mirror=mirror.supports)
 
@@ -60,16 +62,17 @@ class _Laval(BodyModel):
     model = "laval"
     n_coordinates = 1
 
-    def mass_matrix(self):
-        """The mass."""
+    def mass_matrix(self) -> Any:
+        """[[mass]]."""
         return [[self.mass]]
 
-    def stiffness_matrix(self):
-        """The spring, given or from the natural frequency."""
-        return [[self.mass * (2.0 * math.pi * self.frequency) ** 2 if self.stiffness is None else self.stiffness]]
+    def stiffness_matrix(self) -> Any:
+        """[[stiffness]], given or from the natural frequency."""
+        frequency: Any = self.frequency
+        return [[self.mass * (2.0 * math.pi * frequency) ** 2 if self.stiffness is None else self.stiffness]]
 
-    def damping_matrix(self):
-        """The dashpot."""
+    def damping_matrix(self) -> Any:
+        """[[damping]]."""
         return [[self.damping]]
 
 
@@ -77,12 +80,12 @@ class _Laval(BodyModel):
 class _Chain(BodyModel):
     """Masses in a row between two walls, with springs (and dashpots) wall-1, 1-2, ..., N-wall."""
 
-    masses: tuple = declare(Sequence(MASS), meaning="Masses in their order, one coordinate each.")
+    masses: tuple = declare(Sequence(MASS), meaning="Masses in order, one coordinate each.")
     stiffnesses: tuple = declare(
         Sequence(STIFFNESS), meaning="Springs wall-1, 1-2, ..., N-wall, one more than masses; 0 for a free end."
     )
     damping_ratio: float | None = declare(RATIO, None, meaning=RATIO_MEANING)
-    dampings: tuple | None = declare(Sequence(Number("damping")), None, meaning="Dashpots beside the springs, in their order.")
+    dampings: tuple | None = declare(Sequence(Number("damping")), None, meaning="Dashpots parallel to the springs.")
     rayleigh: tuple | None = declare(RAYLEIGH, None, meaning=RAYLEIGH_MEANING)
     supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING, mirror=mirror.supports)
 
@@ -94,20 +97,20 @@ class _Chain(BodyModel):
         """Number of masses."""
         return len(self.masses)
 
-    def mass_matrix(self):
+    def mass_matrix(self) -> Any:
         """The masses on the diagonal."""
         return np.diag(self.masses)
 
-    def stiffness_matrix(self):
-        """The springs."""
+    def stiffness_matrix(self) -> Any:
+        """Tridiagonal matrix of the springs."""
         return _links(self.stiffnesses)
 
-    def damping_matrix(self):
-        """The dashpots."""
+    def damping_matrix(self) -> Any:
+        """Tridiagonal matrix of the dashpots."""
         return _links(self.dampings)
 
     @staticmethod
-    def resolve(values, table):
+    def resolve(values: Any, table: Table) -> None:
         """Check list lengths; dampings default to zeros."""
         count = len(values["masses"])
         if not 0 < count <= MAX_COORDINATES:
@@ -118,15 +121,15 @@ class _Chain(BodyModel):
             _refuse_other_links(values, table, key)
 
 
-def _refuse_other_links(values, table, key):
-    """A chain has a number for every spring, if any."""
+def _refuse_other_links(values: Any, table: Table, key: str) -> None:
+    """SceneError unless there is one number for each spring of a chain."""
     count = len(values["masses"])
     if values[key] is not None and len(values[key]) != count + 1:
         hint = "wall-1, 1-2, ..., N-wall; 0 for a free end"
         table.refuse(key, values[key], f"a list of {count + 1} numbers for {count} masses", hint)
 
 
-def _links(constants):
+def _links(constants: Any) -> Any:
     """Matrix of springs or dashpots wall-1, 1-2, ..., N-wall (N + 1 numbers)."""
     links = np.array(constants)
     inner = links[1:-1]
@@ -163,20 +166,20 @@ class _Matrices(BodyModel):
         """Number of rows."""
         return len(self.mass)
 
-    def mass_matrix(self):
+    def mass_matrix(self) -> Any:
         """As given."""
         return self.mass
 
-    def stiffness_matrix(self):
+    def stiffness_matrix(self) -> Any:
         """As given."""
         return self.stiffness
 
-    def damping_matrix(self):
+    def damping_matrix(self) -> Any:
         """As given."""
         return self.damping
 
     @staticmethod
-    def resolve(values, table):
+    def resolve(values: Any, table: Table) -> None:
         """Check sizes, symmetry and definiteness; damping and gyroscopic default to zeros."""
         count = len(values["mass"])
         for key in ("damping", "gyroscopic"):
@@ -198,28 +201,28 @@ class LavalRotor(LoadedRotor, _Laval):
     rotating_damping_ratio: float | None = declare(
         Number("dimensionless", low=0.0, high=1.5, hint="a percentage? 5 % is 0.05"),
         None,
-        meaning="Rotating damping as a share of the critical damping.",
+        meaning="Ratio of rotating damping.",
     )
 
     eccentricity: Polar = declare(EccentricityReader(), NO_ECCENTRICITY, meaning=ECCENTRICITY_MEANING)  # noqa: RUF009 (it is a field)
 
     one_of = (*_Laval.one_of, (("rotating_damping", "rotating_damping_ratio"), OPTIONAL), *LOAD_GROUP)
 
-    def rotating_damping_matrix(self):
-        """Given, or from the ratio."""
+    def rotating_damping_matrix(self) -> Any:
+        """Rotating damping, given or from the ratio."""
         if self.rotating_damping_ratio is not None:
             return [[2.0 * self.rotating_damping_ratio * math.sqrt(self.stiffness_matrix()[0][0] * self.mass)]]
         return None if self.rotating_damping is None else [[self.rotating_damping]]
 
-    def eccentricities(self):
-        """That of the disk."""
+    def eccentricities(self) -> Any:
+        """Eccentricity of the disk."""
         return np.array([complex(self.eccentricity)])
 
 
-def _tilting_matrix(kind):
-    """Reader of a 2 x 2 matrix over displacement and tilt, each entry in its own unit."""
-    own, cross, tilt = (Number(f"{prefix}{kind}") for prefix in ("", "cross ", "tilt "))
-    return MatrixReader(((own, cross), (cross, tilt)))
+def _tilting_matrix(kind: str) -> MatrixReader:
+    """Reader of a 2 x 2 matrix for displacement and tilt, each entry in its own unit."""
+    direct, cross, tilt = (Number(f"{prefix}{kind}") for prefix in ("", "cross ", "tilt "))
+    return MatrixReader(((direct, cross), (cross, tilt)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -241,12 +244,12 @@ class DiskRotor(LoadedRotor):
     )
     damping_ratio: float | None = declare(RATIO, None, meaning=RATIO_MEANING)
     rotating_damping: tuple | None = declare(
-        _tilting_matrix("damping"), None, meaning=f"{ROTATING} shaft, on displacement and tilt, symmetric, units as of damping."
+        _tilting_matrix("damping"), None, meaning=f"{ROTATING} shaft, on displacement and tilt, symmetric, units as for damping."
     )
     supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING, mirror=mirror.supports)
     eccentricity: Polar = declare(EccentricityReader(), NO_ECCENTRICITY, meaning=ECCENTRICITY_MEANING)  # noqa: RUF009 (it is a field)
     angular_eccentricity: Polar = declare(  # noqa: RUF009 (it is a field)
-        PolarReader("angle"), NO_ECCENTRICITY, meaning="Angle between the disk's own axis and the shaft's."
+        PolarReader("angle"), NO_ECCENTRICITY, meaning="Angle between the principal axis of the disk and the shaft axis."
     )
 
     one_of = ((("damping", "damping_ratio"), ("damping", ((0.0, 0.0), (0.0, 0.0)))), *LOAD_GROUP)
@@ -254,31 +257,31 @@ class DiskRotor(LoadedRotor):
     n_coordinates = 2
     tilts = (1,)
 
-    def mass_matrix(self):
-        """Mass and diametral inertia."""
+    def mass_matrix(self) -> Any:
+        """Mass and diametral inertia on the diagonal."""
         return np.diag([self.mass, self.diametral_inertia])
 
-    def stiffness_matrix(self):
+    def stiffness_matrix(self) -> Any:
         """As given."""
         return self.stiffness
 
-    def damping_matrix(self):
+    def damping_matrix(self) -> Any:
         """As given."""
         return self.damping
 
-    def gyroscopic_matrix(self):
+    def gyroscopic_matrix(self) -> Any:
         """The polar inertia on the tilt."""
         return np.diag([0.0, self.polar_inertia])
 
-    def eccentricities(self):
-        """Of displacement and tilt."""
+    def eccentricities(self) -> Any:
+        """Eccentricities of displacement and tilt."""
         return np.array([complex(self.eccentricity), complex(self.angular_eccentricity)])
 
     @staticmethod
-    def resolve(values, table):
+    def resolve(values: Any, table: Table) -> None:
         """Check the inertias, stiffness and damping of a disk."""
         if values["polar_inertia"] > 2.0 * values["diametral_inertia"] * (1.0 + 1e-9):
-            wanted = "at most 2 diametral_inertia, the value of a thin disk"
+            wanted = "at most 2 diametral_inertia, the value for a thin disk"
             table.refuse("polar_inertia", values["polar_inertia"], wanted)
         for key in ("stiffness", "damping", "rotating_damping"):
             if values[key] is not None:
@@ -292,17 +295,17 @@ class ChainRotor(LoadedRotor, _Chain):
     """[rotor] model = "chain": disks in a row."""
 
     eccentricity: tuple = declare(
-        ONE_OR_PER_MASS, 0.0, meaning="Distance of the centre of mass from the shaft, one for all masses or one each."
+        ONE_OR_PER_MASS, 0.0, meaning="Eccentricity of the centre of mass, one for all masses or one each."
     )
     rotating_damping: tuple | None = declare(
-        Sequence(Number("damping", low=0.0)), None, meaning=f"{ROTATING} pieces of the shaft, in the order of its springs."
+        Sequence(Number("damping", low=0.0)), None, meaning=f"{ROTATING} shaft segments, in the order of its springs."
     )
 
     one_of = _Chain.one_of + LOAD_GROUP
 
     @staticmethod
-    def resolve(values, table):
-        """Check the lists of a chain; one eccentricity may stand for all masses."""
+    def resolve(values: Any, table: Table) -> None:
+        """Check the lists of a chain; a single eccentricity applies to all masses."""
         _Chain.resolve(values, table)
         raw = values["eccentricity"]
         if isinstance(raw, (int, float, str)):
@@ -311,8 +314,8 @@ class ChainRotor(LoadedRotor, _Chain):
         values["eccentricity"] = per_coordinate(table, "eccentricity", raw, readers)
         _refuse_other_links(values, table, "rotating_damping")
 
-    def rotating_damping_matrix(self):
-        """That of the pieces of the shaft."""
+    def rotating_damping_matrix(self) -> Any:
+        """Rotating damping of the shaft segments."""
         return None if self.rotating_damping is None else _links(self.rotating_damping)
 
 
@@ -326,25 +329,25 @@ class MatricesRotor(LoadedRotor, _Matrices):
     tilt_coordinates: tuple | None = declare(
         Sequence(Integer(0, MAX_COORDINATES)),
         None,
-        meaning="Numbers of the coordinates that are angles, counted from 0; needed where a gyroscopic one has an eccentricity.",
+        meaning="Numbers of the coordinates that are angles, counted from 0; required if a gyroscopic one is eccentric.",
     )
     rotating_damping: tuple | None = declare(
         MatrixReader(), None, meaning=f"{ROTATING} shaft, symmetric and positive semidefinite."
     )
     eccentricity: tuple = declare(
-        PER_COORDINATE, None, meaning="Distance of the centre of mass from the shaft at every coordinate (rad on a tilt)."
+        PER_COORDINATE, None, meaning="Eccentricity of the centre of mass at every coordinate (tilts: rad)."
     )
 
     one_of = _Matrices.one_of + LOAD_GROUP
 
     @property
     def tilts(self) -> tuple:
-        """Indices of the coordinates that are angles: free fall does not accelerate them."""
+        """Indices of the coordinates that are angles, on which gravity does not act directly."""
         return self.tilt_coordinates or ()
 
     @staticmethod
-    def resolve(values, table):
-        """Check the matrices; read the eccentricity of every coordinate, in m or (tilts) rad."""
+    def resolve(values: Any, table: Table) -> None:
+        """Check the matrices, and read the eccentricity of every coordinate in m or (tilts) rad."""
         _Matrices.resolve(values, table)
         count, tilts = len(values["mass"]), values["tilt_coordinates"] or ()
         if values["rotating_damping"] is not None:
@@ -360,8 +363,8 @@ class MatricesRotor(LoadedRotor, _Matrices):
         _refuse_unknown_tilts(values, table)
 
 
-def _refuse_unknown_tilts(values, table):
-    """The unbalance of a gyroscopic coordinate is (M - G) eps on a tilt and M eps on a displacement."""
+def _refuse_unknown_tilts(values: Any, table: Table) -> None:
+    """SceneError if an eccentric gyroscopic coordinate may be a tilt: its unbalance is (M - G) eps, of a displacement M eps."""
     if values["tilt_coordinates"] is not None:
         return
     for i, eccentricity in enumerate(values["eccentricity"]):
@@ -372,13 +375,13 @@ def _refuse_unknown_tilts(values, table):
 
 @dataclass(frozen=True, kw_only=True)
 class RigidStator(BodyModel):
-    """[stator] model = "rigid": a wall that does not move."""
+    """[stator] model = "rigid": a rigid wall."""
 
     model = "rigid"
     n_coordinates = 0
 
-    def mass_matrix(self):
-        """Of no coordinate."""
+    def mass_matrix(self) -> Any:
+        """Empty matrix, no coordinates."""
         return np.zeros((0, 0))
 
     stiffness_matrix = damping_matrix = mass_matrix
@@ -389,10 +392,10 @@ class LavalStator(_Laval):
     """[stator] model = "laval": one elastically held ring."""
 
     @staticmethod
-    def resolve(values, table):
-        """The ring must be held."""
+    def resolve(values: Any, table: Table) -> None:
+        """Check that the ring has a stiffness."""
         if values["stiffness"] == 0.0:
-            table.refuse("stiffness", 0.0, "> 0 N/m", "the stator must be held")
+            table.refuse("stiffness", 0.0, "> 0 N/m", "the stator must be supported")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -400,14 +403,14 @@ class ChainStator(_Chain):
     """[stator] model = "chain": masses in a row."""
 
     @staticmethod
-    def resolve(values, table):
-        """Check the lists of a chain; each mass must hang on a wall."""
+    def resolve(values: Any, table: Table) -> None:
+        """Check the lists of a chain; each mass must be connected to a wall."""
         _Chain.resolve(values, table)
         springs = values["stiffnesses"]
         breaks = [i for i, spring in enumerate(springs) if spring == 0.0]
-        # between two breaks lies a piece that hangs on neither wall
+        # masses between two breaks are connected to neither wall
         if len(breaks) > 1:
-            table.refuse("stiffnesses", springs, "with at most one 0", "the stator must be held")
+            table.refuse("stiffnesses", springs, "with at most one 0", "the stator must be supported")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -415,21 +418,21 @@ class MatricesStator(_Matrices):
     """[stator] model = "matrices": any symmetric stator."""
 
     @staticmethod
-    def resolve(values, table):
-        """Check the matrices; no motion of the stator may be free of force."""
+    def resolve(values: Any, table: Table) -> None:
+        """Check the matrices; the stator must not have rigid-body motions."""
         _Matrices.resolve(values, table)
         if not is_definite(values["stiffness"], strictly=True):
-            table.refuse("stiffness", values["stiffness"], "positive definite", "the stator must be held")
+            table.refuse("stiffness", values["stiffness"], "positive definite", "the stator must be supported")
 
 
-def _refuse_feeding_shaft(values, table):
-    """Rotating damping takes energy from the shaft's deformation, whatever it does to the whirl."""
+def _refuse_feeding_shaft(values: Any, table: Table) -> None:
+    """SceneError unless rotating damping dissipates energy in the deformation of the shaft."""
     matrix = values["rotating_damping"]
     if matrix is not None and not is_definite(matrix, strictly=False):
         table.refuse("rotating_damping", matrix, "positive semidefinite")
 
 
-def _refuse_indefinite_stiffness(values, table):
+def _refuse_indefinite_stiffness(values: Any, table: Table) -> None:
     if not is_definite(values["stiffness"], strictly=False):
-        hint = "some displacement would push itself further away"
+        hint = "it is statically unstable"
         table.refuse("stiffness", values["stiffness"], "positive semidefinite", hint)

@@ -1,4 +1,4 @@
-"""What every model of [rotor] or [stator] is: the functions that it answers, and the keys that several models share."""
+"""Base classes of the models of [rotor] and [stator]: their methods, and keys that several models share."""
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
@@ -38,25 +38,25 @@ SUPPORTS = Later(
         Sequence(Listed((Integer(0, MAX_COORDINATES), COEFFICIENTS, Sequence(Number("damping"))))),
     ),
 )
-SUPPORTS_MEANING = "Bearings and seals that differ in x and y or are cross-coupled, besides the other stiffness and damping."
-RAYLEIGH_MEANING = "Damping alpha M + beta K from the matrices of mass and stiffness."
-ECCENTRICITY_MEANING = "Distance of the centre of mass from the shaft, and its angle ahead of the y axis."
-ROTATING = "Damping of what turns with the rotor, D_i (r' - i Omega r): material and joints of the"
-RATIO_MEANING = "Damping ratio of every mode of this body alone, at standstill."
+SUPPORTS_MEANING = "Bearings and seals, anisotropic or cross-coupled, in addition to the other stiffness and damping."
+RAYLEIGH_MEANING = "Rayleigh damping alpha M + beta K."
+ECCENTRICITY_MEANING = "Eccentricity of the centre of mass, and its angle ahead of the y axis."
+ROTATING = "Rotating (internal) damping D_i (r' - i Omega r): material and joints of the"
+RATIO_MEANING = "Damping ratio of every mode of this body without contact, at standstill."
 
 
 class BodyModel(ABC):
-    """A model of [rotor] or [stator], as a frozen dataclass whose keys are made by `declare`.
+    """A model of [rotor] or [stator], as a frozen dataclass with keys made by `declare`.
 
-    To add one: the class with a name `model`, `n_coordinates` and these functions, and its entry in `ROTORS` or `STATORS` of
-    `rsc.scene.bodies.models`; the scene reference, values by name, sweeps, mirror images, simulation and prediction follow.
-    A key with one of the names below means the same in every model. Matrices are (n, n) in SI, symmetric.
+    To add a model: a class with the name `model`, `n_coordinates` and these methods, and an entry in `ROTORS` or `STATORS` of
+    `rsc.scene.bodies.models`; scene reference, values by name, sweeps, mirror images, simulation and prediction then work. The
+    keys below have the same meaning in every model. Matrices are (n, n) in SI, symmetric.
     """
 
     model: str
     one_of: tuple = ()  # groups of keys that exclude each other, `rsc.scene.keys.keys.read_table`
 
-    # what a model without such a key has
+    # defaults for models without such a key
     damping_ratio: Any = None
     rayleigh: Any = None
     gyroscopic: Any = None
@@ -79,64 +79,64 @@ class BodyModel(ABC):
         return ()
 
     @staticmethod  # noqa: B027 (a model may have nothing to check)
-    def resolve(values, table):
-        """Check the values of the keys, which the class is then made of, or change them; refuses with `table.refuse`."""
+    def resolve(values: Any, table: Any) -> None:
+        """Check or change the values from which the class is then made; errors by `table.refuse`."""
 
     @abstractmethod
-    def mass_matrix(self):
+    def mass_matrix(self) -> Any:
         """M, positive definite."""
 
     @abstractmethod
-    def stiffness_matrix(self):
+    def stiffness_matrix(self) -> Any:
         """K without supports."""
 
     @abstractmethod
-    def damping_matrix(self):
-        """B without supports, where neither damping_ratio nor rayleigh is given."""
+    def damping_matrix(self) -> Any:
+        """B without supports, if neither damping_ratio nor rayleigh is given."""
 
-    def gyroscopic_matrix(self):
-        """G, polar inertias on tilts; None: no gyroscopics."""
+    def gyroscopic_matrix(self) -> Any:
+        """G, polar inertias on tilts; None without gyroscopics."""
         return self.gyroscopic
 
-    def rotating_damping_matrix(self):
-        """D_i, of what turns with the rotor, positive semidefinite; None: there is none."""
+    def rotating_damping_matrix(self) -> Any:
+        """Rotating damping D_i, positive semidefinite; None without."""
         return self.rotating_damping
 
-    def knots(self):
-        """What the matrices have besides at some rotor speeds, linear in between: (speeds in Hz, {name: (k, n, n)}) with the
-        names of `rsc.system.knots.FOLLOWING`; None: nothing but `supports_by_speed` follows the speed."""
+    def knots(self) -> Any:
+        """Speed-dependent parts that are added to the matrices, linear in between: (speeds in Hz, {name: (k, n, n)}) with names
+        of `rsc.system.knots.FOLLOWING`; None if only `supports_by_speed` depend on the speed."""
         return None
 
-    def mass_at(self, i):
+    def mass_at(self, i: int) -> float:
         """Mass in kg (kg m^2 for a tilt) on the diagonal at coordinate i."""
         return float(np.asarray(self.mass_matrix())[i, i])
 
 
 class RotorModel(BodyModel):
-    """A model of [rotor]: what a stator has, and its unbalance and load."""
+    """A model of [rotor], with unbalance and load."""
 
-    eccentricity: Any  # a complex one for each coordinate, m (tilts rad), or whatever `eccentricities` makes them of
-    unbalance: Any = None  # (n,) complex kg m, where it is known instead of eccentricities
+    eccentricity: Any  # complex, one per coordinate, m (tilts rad), or any input of `eccentricities`
+    unbalance: Any = None  # (n,) complex kg m, if known instead of eccentricities
     load: Any = None  # (n,) complex N (N m on a tilt), constant; None: the weight
     gravity: Any = 0.0  # m/s^2 along -z
 
-    def eccentricities(self):
-        """(n,) complex, m (tilts rad): distance of the centre of mass from the shaft; unbalance and Euler term follow."""
+    def eccentricities(self) -> Any:
+        """(n,) complex, m (tilts rad): eccentricity of the centre of mass, which determines unbalance and Euler term."""
         return np.array([complex(item) for item in self.eccentricity])
 
 
 @dataclass(frozen=True, kw_only=True)
 class LoadedRotor(RotorModel):
-    """Keys that every rotor of a scene file has: constant load and the leave for negative damping."""
+    """Keys common to all rotors of scene files: constant load, permission for negative damping, and speed-dependent supports."""
 
     gravity: float | None = declare(
         Number("acceleration", low=0.0, high=1e6, hint="it acts along -z"),
         None,
-        meaning="Acceleration of gravity along -z; every mass gets its weight as constant load.",
+        meaning="Acceleration of gravity along -z; the weight of every mass acts as constant load.",
     )
-    load: tuple | None = declare(LOAD, None, meaning="Constant force on every coordinate (N m on a tilt).")
+    load: tuple | None = declare(LOAD, None, meaning="Constant force on every coordinate (tilts: N m).")
     allow_negative_damping: bool = declare(
-        Flag(), False, meaning="Allows damping that feeds energy in, which is refused otherwise."
+        Flag(), False, meaning="Allow negative damping, which is otherwise refused."
     )
     supports_by_speed: tuple | None = declare(
         by_speed.SUPPORTS_BY_SPEED, None, meaning=by_speed.MEANING, mirror=mirror.by_speed

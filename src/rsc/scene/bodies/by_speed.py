@@ -1,4 +1,6 @@
-"""`supports_by_speed`: bearings and seals of a rotor whose coefficients follow its speed, from knot to knot."""
+"""`supports_by_speed`: bearings and seals of a rotor with speed-dependent coefficients, linear between knots."""
+
+from typing import Any
 
 from rsc.scene.keys.keys import MAX_COORDINATES, Integer, Later, Listed, Number, Sequence, Table, as_list, per_coordinate
 
@@ -9,17 +11,17 @@ SUPPORTS_BY_SPEED = Later(
     "a list of [coordinate, knots], each knot [speed in Hz, [k_xx, k_xy, k_yx, k_yy] in N/m, [c_xx, c_xy, c_yx, c_yy] in N s/m]",
     tuple(Sequence(Listed((Integer(0, MAX_COORDINATES), knots))) for knots in _KNOTS),
 )
-MEANING = "Bearings and seals whose coefficients follow the rotor speed: linear between knots, constant beyond the ends."
+MEANING = "Bearings and seals with speed-dependent coefficients: linear between knots, constant beyond."
 _LEAST = "a list of at least two knots [speed, stiffness, damping]"
 
 
-def read_by_speed(table: Table, raw: object, body):
+def read_by_speed(table: Table, raw: object, body: Any) -> tuple[Any, ...]:
     """((coordinate, ((speed, four stiffnesses, four dampings), ...)), ...) of `supports_by_speed`, speeds in Hz.
 
     Raises
     ------
     SceneError
-        Another shape, fewer than two knots or not in the order of their speeds, or a place that is no displacement of the body.
+        Wrong shape, fewer than two knots, knots not in order of speed, or a coordinate that is not a displacement.
     """
     items = as_list(raw)
     if items is None:
@@ -27,30 +29,30 @@ def read_by_speed(table: Table, raw: object, body):
     return tuple(_read_support(table, f"supports_by_speed[{i}]", item, body) for i, item in enumerate(items))
 
 
-def _read_support(table, key, item, body):
+def _read_support(table: Table, key: str, item: Any, body: Any) -> tuple[Any, ...]:
     parts = as_list(item)
     if parts is None or len(parts) != 2:
         table.refuse(key, item, "[coordinate, knots]")
     place = read_place(table, f"{key}[0]", parts[0], body)
     knots = as_list(parts[1])
     if knots is None or len(knots) < 2:
-        table.refuse(f"{key}[1]", parts[1], _LEAST, "coefficients that do not follow the speed are `supports`")
+        table.refuse(f"{key}[1]", parts[1], _LEAST, "use `supports` for constant coefficients")
     made = tuple(_read_knot(table, f"{key}[1][{i}]", knot) for i, knot in enumerate(knots))
     for i in range(1, len(made)):
         if not made[i][0] > made[i - 1][0]:
-            table.refuse(f"{key}[1][{i}][0]", made[i][0], f"more than {made[i - 1][0]:g} Hz", "knots stand in order")
+            table.refuse(f"{key}[1][{i}][0]", made[i][0], f"more than {made[i - 1][0]:g} Hz", "knots must be in order")
     return place, made
 
 
-def read_place(table, key, raw, body):
-    """Number of a coordinate that is a displacement."""
+def read_place(table: Table, key: str, raw: Any, body: Any) -> int:
+    """Number of a coordinate; SceneError unless it is a displacement."""
     place = Integer(0, body.n_coordinates - 1).read(table, key, raw)
     if place in body.tilts:
         table.refuse(key, place, "a displacement", f"coordinate {place} is a tilt")
     return place
 
 
-def _read_knot(table, key, raw):
+def _read_knot(table: Table, key: str, raw: Any) -> tuple[Any, ...]:
     parts = as_list(raw)
     if parts is None or len(parts) not in (2, 3):
         table.refuse(key, raw, "[speed, [k_xx, k_xy, k_yx, k_yy], [c_xx, c_xy, c_yx, c_yy]]")

@@ -1,4 +1,4 @@
-"""A machine of a scene before it is reduced: its model, and what happens at its nodes; read here from a file of `rsc import`."""
+"""A machine of a scene before reduction: its model, unbalances, loads and observers; read here from a file of `rsc import`."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -10,30 +10,30 @@ from rsc.units import DIMENSIONS
 
 
 class Machine(NamedTuple):
-    """A machine as it was read."""
+    """A machine before reduction."""
 
     model: Any  # rsc.machine.model.model.Model, with its bearings
-    origin: str  # for people
-    key: str  # of its table, with the value, that a refusal of the whole machine is about
+    origin: str  # description for users
+    key: str  # key of its table, and value, named in errors about the whole machine
     value: Any
-    at_nodes: dict[str, Any]  # unbalances, loads and gravity, as `rsc.machine.model.contact.body_of` takes them
+    at_nodes: dict[str, Any]  # unbalances, loads and gravity, as arguments of `rsc.machine.model.contact.body_of`
     observers: list[Any]
 
 
 def machine_of_file(table: Table, elsewhere: Any, nodes: Sequence[Any]) -> Machine:
-    """The machine of a table that names a file; nodes: of clearances, observed as well.
+    """The machine of a table with a file name; nodes: nodes of clearances, which are observed, too.
 
     Raises
     ------
     SceneError
-        A file, bearing, observer or unbalance that cannot be.
+        An invalid file, bearing, observer or unbalance.
     """
     from rsc.machine.imports.store import load_model
 
     rotor = table.name == "rotor"
     values = read_table(MachineRotor if rotor else MachineStator, table, elsewhere)
     if table.folder is None:
-        table.refuse("file", values["file"], "no file", "the scene of a result holds the reduced body")
+        table.refuse("file", values["file"], "no file", "the scene of a result contains the reduced body")
     try:
         model, digest = load_model(table.folder / values["file"])
     except DataError as error:
@@ -41,18 +41,18 @@ def machine_of_file(table: Table, elsewhere: Any, nodes: Sequence[Any]) -> Machi
     if values["sha256"] is not None and values["sha256"] != digest:
         table.refuse("file", values["file"], f"the file whose SHA-256 is {values['sha256'][:16]}...", f"it has {digest[:16]}...")
     if model.anisotropic_mass is not None:
-        table.refuse("file", values["file"], "a model whose masses move alike in x and y")
+        table.refuse("file", values["file"], "a model with isotropic mass")
     if rotor:
         model = _with_bearings(table, model, values["bearings"])
     origin = f"{model.source} ({values['file']}, sha256 {digest[:16]})"
     at_nodes = _at_nodes(table, values) if rotor else {}
     observers = _observers(table, values["observers"], nodes)
-    values.refuse_untaken(besides=("contact",))  # the places that touch are read with the contacts
+    values.refuse_untaken(besides=("contact",))  # contact locations are read with the contacts
     return Machine(model, origin, "file", values["file"], at_nodes, observers)
 
 
 def _observers(table: Table, raw: object, nodes: Sequence[Any]) -> list[Any]:
-    """The observed nodes of a body, with those of clearances behind them."""
+    """The observed nodes of a body, followed by those of clearances."""
     observers = as_list(raw)
     if observers is None:
         table.refuse("observers", raw, "a list of nodes")
@@ -63,9 +63,10 @@ def _observers(table: Table, raw: object, nodes: Sequence[Any]) -> list[Any]:
 
 
 def place_of(table: Table, raw: object, key: str = "contact") -> Any:
+    """Read a node, a place between two nodes, or for the contact of a rotor two nodes that may touch (`Against`)."""
     if isinstance(raw, Mapping) and key == "contact" and table.name == "rotor":
         if set(raw) != {"node", "against"}:
-            table.refuse(key, dict(raw), "{node = ..., against = ...}, two nodes that touch each other")
+            table.refuse(key, dict(raw), "{node = ..., against = ...}, two nodes in contact with each other")
         from rsc.machine.model.contact import Against
 
         return Against(*(place_of(table, raw[end], f"contact.{end}") for end in ("node", "against")))
@@ -73,7 +74,7 @@ def place_of(table: Table, raw: object, key: str = "contact") -> Any:
         return raw
     parts = as_list(raw)
     if parts is None or len(parts) != 3:
-        table.refuse(key, raw, "a node (number or name), or [node, node, share of the way]")
+        table.refuse(key, raw, "a node (number or name), or [node, node, fraction of the distance]")
     return parts
 
 
@@ -94,11 +95,11 @@ def _with_bearings(table: Table, model: Any, raw: object) -> Any:
     try:
         return with_bearings(model, bearings)
     except DataError as error:
-        table.refuse("bearings", raw, "bearings at nodes of the model that hold it", error.problem)
+        table.refuse("bearings", raw, "bearings at nodes of the model that leave no rigid-body motion", error.problem)
 
 
 def coefficients_of(table: Table, key: str, raw: Any, unit: str) -> Any:
-    """[xx, xy, yx, yy] of one number, the same in every direction, or of four."""
+    """[xx, xy, yx, yy] from a single number (isotropic) or from four."""
     if as_list(raw) is None:
         value = Number(unit).read(table, key, raw)
         return value, 0.0, 0.0, value
@@ -133,7 +134,7 @@ def _at_nodes(table: Table, values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def amount_at(table: Table, key: str, raw: object) -> float | str:
-    """kg m, or the text of a balance grade."""
+    """Amount in kg m, or the text of a balance grade."""
     if isinstance(raw, str) and raw.strip().startswith("G"):
         return raw
     return AMOUNT.read(table, key, raw)

@@ -1,4 +1,4 @@
-"""A body of model "machine" becomes one of model "reduced" while its scene is read."""
+"""Reduction of a body with model "machine" to one with model "reduced" while its scene is read."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,19 +13,19 @@ from rsc.scene.bodies.reduced import Reduction
 from rsc.scene.keys.keys import Number, Table, as_list, read_table
 from rsc.system.knots import ANISOTROPIC, FOLLOWING
 
-# of the highest speed, backward and forward, and the least in Hz: impacts of the contact move the rotor faster than a whirl
+# relative to the highest speed, backward and forward, and at least in Hz: impacts excite higher frequencies than whirl
 BAND, LEAST_BAND = (-12.0, 6.0), (-500.0, 250.0)
 
 REAL = tuple(name for name in FOLLOWING if name not in ANISOTROPIC)
 
 
 def is_machine(table: Table) -> bool:
-    """Whether a table is of model "machine", or of "shaft", which becomes one."""
+    """Whether a table has model "machine" or "shaft", which is converted to a machine."""
     return table.values.get("model") in ("machine", "shaft")
 
 
 def read_reduction(table: Table, elsewhere: Any, fastest: float) -> tuple[float, tuple[float, float]]:
-    """Tolerance and band (Hz) of [reduction], for a rotor of a fastest speed in Hz."""
+    """Tolerance and band (Hz) of [reduction], for a rotor with a highest speed in Hz."""
     values = read_table(Reduction, table, elsewhere)
     tolerance, wanted = values["tolerance"], values["band"]
     values.refuse_untaken()
@@ -41,7 +41,7 @@ def read_reduction(table: Table, elsewhere: Any, fastest: float) -> tuple[float,
 
 
 def places_of(body: Table, contacts: Sequence[Table]) -> list[Any]:
-    """The places of a machine that touch, each once, as they stand in the file: the `rotor_node` of every contact, or the one
+    """The contact locations of a machine, without duplicates, as written in the file: the `rotor_node` of every contact, or the
     `contact` of the body. The displacements there become its first coordinates.
 
     Raises
@@ -50,26 +50,26 @@ def places_of(body: Table, contacts: Sequence[Table]) -> list[Any]:
         Both, neither, or nodes for some contacts only.
     """
     key, coordinate = f"{body.name}_node", f"{body.name}_coordinate"
-    own, named = body.values.get("contact"), [table for table in contacts if key in table.values]
+    single, named = body.values.get("contact"), [table for table in contacts if key in table.values]
     if not named:
         if body.values.get("model") == "shaft":
             where = "at" if body.name == "rotor" else "stator_at"
-            contacts[0].refuse(where, None, "given: the place along the shaft, such as \"330 mm\"")
-        if own is None:
-            body.refuse("contact", None, "given: a node", f"of several contacts each [[contact]] names its {key} instead")
-        return [own]
+            contacts[0].refuse(where, None, "given: the position along the shaft, such as \"330 mm\"")
+        if single is None:
+            body.refuse("contact", None, "given: a node", f"with several contacts give {key} in each [[contact]] instead")
+        return [single]
     for table in contacts:
         if coordinate in table.values:
             table.refuse(coordinate, table.values[coordinate], f"left out: {key} names a node")
         if key not in table.values:
             table.refuse(key, None, "given: a node", f"{named[0].name} has one")
-    if own is not None:
-        body.refuse("contact", own, "left out", f"{named[0].name} has {key}")
+    if single is not None:
+        body.refuse("contact", single, "left out", f"{named[0].name} has {key}")
     return list({one_line(table.values[key]): table.values[key] for table in named}.values())
 
 
 def with_coordinates(contacts: Sequence[Table], name: str, places: Sequence[Any]) -> list[Table]:
-    """The tables of contacts with coordinates of the reduced body "rotor" or "stator" in the place of nodes."""
+    """The tables of contacts with nodes of "rotor" or "stator" replaced by coordinates of the reduced body."""
     key, known = f"{name}_node", [one_line(place) for place in places]
     made = []
     for table in contacts:
@@ -86,14 +86,14 @@ def reduced(
     reduction: tuple[float, tuple[float, float], tuple[float, float]],
     touching: Sequence[Any],
 ) -> tuple[Table, Any]:
-    """The table of the reduced body, and the `rsc.machine.reduction.reduction.Reduced`.
+    """(table of the reduced body, its `rsc.machine.reduction.reduction.Reduced`).
 
-    touching: places of its contacts.
+    touching: contact locations.
 
     Raises
     ------
     SceneError
-        A place or unbalance that cannot be, or a body that cannot be reduced.
+        An invalid location or unbalance, or a body that cannot be reduced.
     """
     from rsc.machine.model.contact import body_of
     from rsc.machine.reduction.directions import Unequal, reduce_unequal
@@ -139,7 +139,7 @@ def only_or_all(places: Sequence[Any]) -> Any:
 
 
 def _anisotropic(model: Any, result: Any) -> dict[str, Any]:
-    """What makes directions differ, in the reduced coordinates, V^T E V, and the error reached with it."""
+    """Anisotropic matrices in the reduced coordinates, V^T E V, and the error achieved with them."""
     from rsc.machine.reduction.directions import BOTH_LINES, congruent
 
     content: dict[str, Any] = {}
@@ -166,7 +166,7 @@ def _error_at(result: Any, i: int) -> float:
 
 
 def _content(result: Any, rotor: bool) -> dict[str, Any]:
-    """Keys of a reduced body that its matrices give."""
+    """Keys of a reduced body that follow from its matrices."""
     from rsc.machine.reduction.body import n_contacts
 
     body = result.body

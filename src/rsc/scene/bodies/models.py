@@ -1,4 +1,7 @@
-"""All models of [rotor] and [stator] by their names, and how one of their tables is read."""
+"""All models of [rotor] and [stator] by name, and reading of their tables."""
+
+from collections.abc import Mapping
+from typing import Any
 
 from rsc.scene.bodies.bodies import (
     ChainRotor,
@@ -15,7 +18,7 @@ from rsc.scene.bodies.by_speed import read_by_speed, read_place
 from rsc.scene.bodies.reduced import MachineRotor, MachineStator, ReducedRotor, ReducedStator
 from rsc.scene.bodies.shaft_keys import ShaftRotor, ShaftStator
 from rsc.scene.files.matrix_files import is_definite
-from rsc.scene.keys.keys import Number, PairReader, as_list, nearest, per_coordinate, read_table
+from rsc.scene.keys.keys import Number, PairReader, Table, as_list, nearest, per_coordinate, read_table
 from rsc.system.assemble import elastic_stiffness
 
 DAMPING_KEYS = ("damping_ratio", "damping", "dampings", "rayleigh")
@@ -24,8 +27,8 @@ _STATORS = (RigidStator, LavalStator, ChainStator, MatricesStator, ShaftStator, 
 STATORS = {item.model: item for item in _STATORS}
 
 
-def read_body(models, table, elsewhere):
-    """Read [rotor] or [stator] with the model that it names.
+def read_body(models: Mapping[str, Any], table: Table, elsewhere: Any) -> Any:
+    """Read [rotor] or [stator] according to its `model`.
 
     Parameters
     ----------
@@ -38,12 +41,12 @@ def read_body(models, table, elsewhere):
 
     Returns
     -------
-    one of the dataclasses of `models`
+    instance of a class of `models`
 
     Raises
     ------
     SceneError
-        For anything impossible.
+        For any invalid input.
     """
     name = table.values.get("model")
     if not isinstance(name, str) or name not in models:
@@ -52,7 +55,7 @@ def read_body(models, table, elsewhere):
     section = models[name]
     values = read_table(section, table, elsewhere)
     if "rayleigh" in values and values["rayleigh"] is not None:
-        readers = (Number("rate"), Number("time"))
+        readers: Any = (Number("rate"), Number("time"))
         values["rayleigh"] = per_coordinate(table, "rayleigh", values["rayleigh"], readers)
     section.resolve(values, table)
     _refuse_negative_damping(values, table)
@@ -71,8 +74,8 @@ def read_body(models, table, elsewhere):
     return body
 
 
-def _read_supports(table, raw, body):
-    """((coordinate, four stiffnesses, four dampings), ...) of supports."""
+def _read_supports(table: Table, raw: Any, body: Any) -> tuple[Any, ...]:
+    """Read supports as ((coordinate, four stiffnesses, four dampings), ...)."""
     supports = []
     items = as_list(raw)
     if items is None:
@@ -88,19 +91,19 @@ def _read_supports(table, raw, body):
     return tuple(supports)
 
 
-def _refuse_pushing_supports(table, body):
-    """Supports may not take so much stiffness away that some displacement pushes itself further."""
+def _refuse_pushing_supports(table: Table, body: Any) -> None:
+    """SceneError for supports with negative stiffness that make the body statically unstable."""
     is_held = table.name == "stator"
     if not is_definite(elastic_stiffness(body), strictly=is_held):
         wanted = f"such that the stiffness of the {table.name} stays " + ("positive" if is_held else "positive or zero")
         table.refuse("supports", body.supports, f"{wanted} in every direction")
 
 
-def _refuse_negative_damping(values, table):
-    """Damping may feed energy in only when the rotor says so."""
+def _refuse_negative_damping(values: Any, table: Table) -> None:
+    """SceneError for negative damping without allow_negative_damping."""
     if values.get("allow_negative_damping"):
         return
-    hint = "allow_negative_damping = true in [rotor] if it is meant" if table.name == "rotor" else ""
+    hint = "set allow_negative_damping = true in [rotor] if intended" if table.name == "rotor" else ""
     for key in DAMPING_KEYS:
         value = values.get(key)
         if value is None:

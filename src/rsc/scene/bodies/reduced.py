@@ -1,26 +1,27 @@
 """Bodies of finite-element models: [rotor] and [stator] with model "machine" in a scene file, "reduced" once the scene is read.
 
-A "machine" names a file that `rsc import` wrote and what happens at its nodes. Reading the scene reduces it (machines.py) to the
-few coordinates of a "reduced" body, of which the first is the displacement at the contact; of several contacts the first ones are
-those at each. That is what a result keeps: it needs the file no more.
+A "machine" refers to a file written by `rsc import` and has unbalances, loads and bearings at its nodes. Reading the scene
+reduces it (machines.py) to the few coordinates of a "reduced" body; the first is the displacement at the contact, with several
+contacts the first ones are those at each contact. A result contains the reduced body and no longer needs the file.
 """
 
 import itertools
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from rsc.scene.bodies.body_model import LOAD, MASS, BodyModel, RotorModel
 from rsc.scene.files.matrix_files import MatrixReader, is_definite, refuse_asymmetric
 from rsc.scene.keys import mirror
-from rsc.scene.keys.keys import Flag, Integer, Keyed, Later, Listed, Number, PairReader, Sequence, Text, declare
+from rsc.scene.keys.keys import Flag, Integer, Keyed, Later, Listed, Number, PairReader, Sequence, Table, Text, declare
 from rsc.system.knots import ANISOTROPIC, FOLLOWING
 
 NODE = Integer(-(10**9), 10**9)
 BETWEEN = Listed((NODE, NODE, Number("dimensionless")))
-PLACE = Later("a node (number or name), or [node, node, share of the way]", (NODE, Text(), BETWEEN))
+PLACE = Later("a node (number or name), or [node, node, fraction of the distance]", (NODE, Text(), BETWEEN))
 AGAINST = Keyed(dict.fromkeys(("node", "against"), PLACE))
-ROTOR_PLACE = Later("a node, [node, node, share of the way], or {node = ..., against = ...}", (*PLACE.forms, AGAINST))
+ROTOR_PLACE = Later("a node, [node, node, fraction of the distance], or {node = ..., against = ...}", (*PLACE.forms, AGAINST))
 AMOUNT = Number("unbalance")
 UNBALANCES = Later(
     "a list of [node, amount in kg m or a grade such as \"G 6.3\"] or [node, amount, angle in degrees]",
@@ -42,16 +43,16 @@ BEARINGS = Later(
 
 COMPLEX_MATRIX = Sequence(Sequence(PairReader("dimensionless")))
 KNOTS, COMPLEX_KNOTS = Sequence(MatrixReader()), Sequence(COMPLEX_MATRIX)
-MORE = "At each of the knots, what is added to the"
+MORE = "Additions at the knots to the"
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Machine:
     """A body in a file of `rsc import`."""
 
-    file: str = declare(Text(), meaning="File that `rsc import` wrote, beside the scene.")
-    sha256: str | None = declare(Text(), None, meaning="SHA-256 of that file: another one is refused.")
-    contact: object = declare(PLACE, None, meaning="Node at the contact, by number or name, or a place between two nodes.")
+    file: str = declare(Text(), meaning="File written by `rsc import`, relative to the folder of the scene.")
+    sha256: str | None = declare(Text(), None, meaning="SHA-256 of the file; a different file is refused.")
+    contact: object = declare(PLACE, None, meaning="Node at the contact, by number or name, or a position between two nodes.")
     observers: object = declare(
         Later("a list of nodes", (Sequence(NODE),)), (), meaning="Nodes whose displacements can be recovered from a result."
     )
@@ -68,13 +69,15 @@ class MachineRotor(_Machine):
     contact: object = declare(
         ROTOR_PLACE,
         None,
-        meaning="Node at the contact, by number or name, or a place between two; {node = 12, against = 57}: two that touch.",
+        meaning="Node at the contact, by number or name, or a position between two; {node = 12, against = 57}: two in contact.",
     )
-    bearings: object = declare(BEARINGS, (), meaning="Bearings and seals from nodes to the ground, besides those in the file.")
-    unbalance: object = declare(UNBALANCES, (), meaning="Unbalances at nodes, with their angles ahead of the y axis.")
+    bearings: object = declare(BEARINGS, (), meaning="Bearings and seals from nodes to ground, in addition to those in the file.")
+    unbalance: object = declare(UNBALANCES, (), meaning="Unbalances at nodes, with angles ahead of the y axis.")
     load: object = declare(LOADS, (), meaning="Constant forces at nodes.")
     gravity: float | None = declare(
-        Number("acceleration", low=0.0, high=1e6), None, meaning="Acceleration of gravity along -z; every mass gets its weight."
+        Number("acceleration", low=0.0, high=1e6),
+        None,
+        meaning="Acceleration of gravity along -z; the weight of every mass acts as constant load.",
     )
 
 
@@ -85,7 +88,7 @@ class MachineStator(_Machine):
 
 @dataclass(frozen=True, kw_only=True)
 class Reduction:
-    """[reduction]: how closely bodies of finite-element models are reduced."""
+    """[reduction]: accuracy and band of the reduction of finite-element models."""
 
     tolerance: float = declare(
         Number("dimensionless", low=1e-10, high=0.1),
@@ -95,18 +98,18 @@ class Reduction:
     band: object = declare(
         Later("[lowest, highest] frequency in Hz", (Listed((Number("frequency"), Number("frequency"))),)),
         None,
-        meaning="Frequencies of whirls; by default -12 to 6 times the highest speed, at least -500 to 250 Hz.",
+        meaning="Range of whirl frequencies; default: -12 to 6 times the highest speed, at least -500 to 250 Hz.",
     )
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Reduced(BodyModel):
-    """A reduced body: coordinates of one mass, the first the displacement at the contact; of several contacts the first ones,
-    which have a mass matrix of their own."""
+    """A reduced body: coordinates of equal mass, the first being the displacement at the contact; with several contacts the first
+    ones, which have a separate mass matrix."""
 
-    mass: float = declare(MASS, meaning="Effective mass at the contact, that of every coordinate.")
+    mass: float = declare(MASS, meaning="Effective mass at the contact, equal for all coordinates.")
     contact_masses: tuple | None = declare(
-        MatrixReader(), None, meaning="Mass matrix of the coordinates at several contacts, the first ones."
+        MatrixReader(), None, meaning="Mass matrix of the first coordinates with several contacts."
     )
     stiffness: tuple = declare(MatrixReader(), meaning="Stiffness matrix, symmetric and positive definite.")
     damping: tuple = declare(MatrixReader(), meaning="Damping matrix, symmetric.")
@@ -122,30 +125,30 @@ class _Reduced(BodyModel):
     anisotropic_damping: tuple | None = declare(COMPLEX_MATRIX, None, meaning="Damping C that acts on the conjugate.")
     observers: tuple = declare(Sequence(Text()), (), meaning="Names of the observed nodes.")
     observer_rows: tuple = declare(
-        Sequence(Sequence(Number("dimensionless"))), (), meaning="Displacement of every observed node, as a row."
+        Sequence(Sequence(Number("dimensionless"))), (), meaning="Rows that give the displacement of every observed node."
     )
     observer_errors: tuple = declare(
-        Sequence(Number("dimensionless", low=0.0)), (), meaning="Error reached at every observed node, of its largest response."
+        Sequence(Number("dimensionless", low=0.0)), (), meaning="Error at every observed node, relative to its largest response."
     )
-    origin: str = declare(Text(), meaning="What was reduced.")
+    origin: str = declare(Text(), meaning="Origin of the reduced body.")
     coordinates_before: int = declare(Integer(1, 10**9), meaning="Complex coordinates of the full body.")
-    tolerance: float = declare(Number("dimensionless", above=0.0), meaning="Tolerance asked for.")
-    error: float = declare(Number("dimensionless", low=0.0), meaning="Error reached at the contact.")
+    tolerance: float = declare(Number("dimensionless", above=0.0), meaning="Requested tolerance.")
+    error: float = declare(Number("dimensionless", low=0.0), meaning="Error achieved at the contact.")
     directions_error: float | None = declare(
-        Number("dimensionless", low=0.0), None, meaning="The same with directions as they differ, of lines at plus and minus Psi."
+        Number("dimensionless", low=0.0), None, meaning="The same with anisotropic supports, for lines at Psi and -Psi."
     )
     band: tuple = declare(
-        Sequence(Number("frequency")), meaning="Frequencies of whirls that it holds for.", mirror=mirror.turned
+        Sequence(Number("frequency")), meaning="Range of whirl frequencies for which it is valid.", mirror=mirror.turned
     )
-    speeds: tuple = declare(Sequence(Number("frequency")), meaning="Rotor speeds that it holds for.", mirror=mirror.turned)
+    speeds: tuple = declare(Sequence(Number("frequency")), meaning="Rotor speeds for which it is valid.", mirror=mirror.turned)
     coefficients_at: float | None = declare(
         Number("frequency"),
         None,
-        meaning="Rotor speed at which coefficients of bearings and seals were taken.",
+        meaning="Rotor speed at which coefficients of bearings and seals were evaluated.",
         mirror=mirror.negative,
     )
     highest_before: float = declare(Number("frequency", above=0.0), meaning="Highest natural frequency of the full body.")
-    highest_after: float = declare(Number("frequency", above=0.0), meaning="Highest natural frequency left.")
+    highest_after: float = declare(Number("frequency", above=0.0), meaning="Highest natural frequency of the reduced body.")
 
     model = "reduced"
 
@@ -154,8 +157,8 @@ class _Reduced(BodyModel):
         """Number of coordinates."""
         return len(self.stiffness)
 
-    def mass_matrix(self):
-        """One mass for all coordinates, but for those at several contacts."""
+    def mass_matrix(self) -> Any:
+        """The same mass on the diagonal for all coordinates, except those of several contacts."""
         matrix, c = self.mass * np.eye(self.n_coordinates), self.n_touching
         if c > 1:
             matrix[:c, :c] = self.contact_masses
@@ -166,23 +169,23 @@ class _Reduced(BodyModel):
         """Number of coordinates that are displacements at contacts."""
         return 1 if self.contact_masses is None else len(self.contact_masses)
 
-    def mass_at(self, i):
-        """Effective mass at contact i in kg, which that at another contact does not change; elsewhere that of a coordinate."""
+    def mass_at(self, i: int) -> float:
+        """Effective mass at contact i in kg, with other contacts free; for other coordinates their mass."""
         if i >= self.n_touching or self.contact_masses is None:
             return self.mass
         return float(1.0 / np.linalg.inv(np.array(self.contact_masses))[i, i])
 
-    def stiffness_matrix(self):
+    def stiffness_matrix(self) -> Any:
         """As stored."""
         return self.stiffness
 
-    def damping_matrix(self):
+    def damping_matrix(self) -> Any:
         """As stored."""
         return self.damping
 
     @staticmethod
-    def resolve(values, table):
-        """Check the matrices; no motion may be free of force."""
+    def resolve(values: Any, table: Table) -> None:
+        """Check the matrices; there must be no rigid-body motion."""
         count = len(values["stiffness"])
         for key in ("stiffness", "damping", "skew_stiffness", "skew_damping", "gyroscopic"):
             if values.get(key) is not None:
@@ -208,16 +211,16 @@ class _Reduced(BodyModel):
 
 @dataclass(frozen=True, kw_only=True)
 class ReducedRotor(_Reduced, RotorModel):
-    """[rotor] model = "reduced": what becomes of a "machine" when its scene is read."""
+    """[rotor] model = "reduced": result of reading a "machine"."""
 
     gyroscopic: tuple | None = declare(MatrixReader(), None, meaning="Gyroscopic matrix G, symmetric.")
     rotating_damping: tuple | None = declare(
-        MatrixReader(), None, meaning="Damping of what turns with the rotor, D_i (r' - i Omega r), symmetric."
+        MatrixReader(), None, meaning="Rotating damping D_i (r' - i Omega r), symmetric."
     )
     knot_speeds: tuple | None = declare(
         Sequence(Number("frequency")),
         None,
-        meaning="Rotor speeds at which the matrices of `..._knots` are added, linear in between, constant beyond.",
+        meaning="Rotor speeds of the matrices `..._knots`, linear in between, constant beyond.",
         mirror=mirror.turned,
     )
     stiffness_knots: tuple | None = declare(KNOTS, None, meaning=f"{MORE} stiffness.", mirror=mirror.reversed_order)
@@ -234,9 +237,9 @@ class ReducedRotor(_Reduced, RotorModel):
     )
     unbalance: tuple = declare(Sequence(PairReader("unbalance")), meaning="Unbalance of every coordinate, multiplied by Omega^2.")
     load: tuple = declare(LOAD, meaning="Constant force on every coordinate.")
-    allow_negative_damping: bool = declare(Flag(), False, meaning="Allows damping that feeds energy in.")
+    allow_negative_damping: bool = declare(Flag(), False, meaning="Allow negative damping.")
 
-    def knots(self):
+    def knots(self) -> Any:
         """As stored."""
         if self.knot_speeds is None:
             return None
@@ -244,8 +247,8 @@ class ReducedRotor(_Reduced, RotorModel):
         return self.knot_speeds, {name: part for name, part in parts.items() if part is not None}
 
     @staticmethod
-    def resolve(values, table):
-        """Check the matrices, those of the knots too, and the unbalance."""
+    def resolve(values: Any, table: Table) -> None:
+        """Check the matrices, including those of the knots, and the unbalance."""
         _Reduced.resolve(values, table)
         count = len(values["stiffness"])
         if values["rotating_damping"] is not None:
@@ -255,11 +258,11 @@ class ReducedRotor(_Reduced, RotorModel):
             table.refuse("unbalance", values["unbalance"], f"a list of {count} pairs")
 
 
-def _refuse_other_knots(values, table, count):
-    """Rotor speeds that rise, symmetric matrices for each of them, and a stiffness that holds the body at all of them."""
+def _refuse_other_knots(values: Any, table: Table, count: int) -> None:
+    """Check that knots have increasing speeds, a symmetric matrix for each, and a positive definite stiffness."""
     speeds = values["knot_speeds"]
     if speeds is not None and (len(speeds) < 2 or any(not b > a for a, b in itertools.pairwise(speeds))):
-        table.refuse("knot_speeds", list(speeds), "two or more rotor speeds, in order")
+        table.refuse("knot_speeds", list(speeds), "two or more increasing rotor speeds")
     for name in FOLLOWING:
         key = f"{name}_knots"
         if values[key] is None:
@@ -278,4 +281,4 @@ def _refuse_other_knots(values, table, count):
 
 @dataclass(frozen=True, kw_only=True)
 class ReducedStator(_Reduced):
-    """[stator] model = "reduced": what becomes of a "machine" when its scene is read."""
+    """[stator] model = "reduced": result of reading a "machine"."""

@@ -1,4 +1,4 @@
-"""A shaft by its stations, read: what its tables say becomes a `rsc.machine.shaft.parts.Shaft`, and then a machine."""
+"""Reading of a shaft described by stations: its tables become a `rsc.machine.shaft.parts.Shaft`, then a machine."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -17,15 +17,14 @@ from rsc.scene.keys.keys import Number, Table, as_list, per_coordinate, read_tab
 from rsc.scene.keys.nested import Item, Tables
 from rsc.units import QuantityError, eccentricity_of_grade, quantity
 
-SHAFT = "the shaft of"  # begins the origin of a body that was made of one
+SHAFT = "the shaft of"  # start of the `origin` of a body made from a shaft
 _FROM = ("left", "right")
 
 
 class Stations:
-    """A table of a shaft as it was read, which gathers the places that other tables name.
+    """The table of a shaft, which also collects positions from other tables.
 
-    shaft : Shaft
-        With these places.
+    shaft : Shaft, including these positions
     """
 
     def __init__(self, table: Table, elsewhere: Any) -> None:
@@ -33,49 +32,50 @@ class Stations:
         self.values = read_table(ShaftRotor if table.name == "rotor" else ShaftStator, table, elsewhere)
         values, material = self.values, _material(table, self.values["material"])
         self.shaft = Shaft(
-            sections=tuple(_section(own, material) for own in values["sections"]),
+            sections=tuple(_section(item, material) for item in values["sections"]),
             rotating_damping=values.get("shaft_damping") or 0.0,
             rayleigh=_rayleigh(table, values["rayleigh"]),
             shear=values["shear"],
         )
-        self._named = {own.values["name"]: (i, own) for i, own in enumerate(values["sections"]) if own.values["name"] is not None}
+        numbered = list(enumerate(values["sections"]))
+        self._named = {item.values["name"]: (i, item) for i, item in numbered if item.values["name"] is not None}
         self._known: dict[str, float] = {}
-        sleeves = tuple(self._sleeve(own, material) for own in values["sleeves"])
+        sleeves = tuple(self._sleeve(item, material) for item in values["sleeves"])
         self.shaft = replace(self.shaft, sleeves=sleeves)
-        disks = tuple(_disk(own, self._named_place(own), self.shaft, material) for own in values["disks"])
-        supports = tuple(_support(own, self._named_place(own)) for own in values["bearings"])
+        disks = tuple(_disk(item, self._named_place(item), self.shaft, material) for item in values["disks"])
+        supports = tuple(_support(item, self._named_place(item)) for item in values["bearings"])
         self.shaft = replace(self.shaft, disks=disks, supports=supports)
         _refuse_overlap(values["disks"], self.shaft)
 
     def node(self, table: Table, key: str, raw: Any) -> str:
-        """The name of the node at a place of a table of contacts, loads and so on; from now on it is one."""
+        """The name of the node at a position in a table of contacts, loads etc.; adds it to the positions of the shaft."""
         place = self._place(table, key, raw)
         name = raw if isinstance(raw, str) else f"{place:.6g} m"
         self.shaft.places[name] = place
         return name
 
-    def _sleeve(self, own: Item, material: Material) -> tuple[float, Section]:
-        """Where it begins, and the sleeve, whose bore is by default the shaft there."""
-        place, table = self._place(own.table, "at", own.values["at"]), own.table
+    def _sleeve(self, item: Item, material: Material) -> tuple[float, Section]:
+        """(start in m, sleeve); its bore defaults to the shaft diameter there."""
+        place, table = self._place(item.table, "at", item.values["at"]), item.table
         room = self.shaft.length - place
-        if own.values["length"] > room * (1.0 + SAME_PLACE):
+        if item.values["length"] > room * (1.0 + SAME_PLACE):
             table.refuse("length", table.values["length"], f"at most {room:g} m, where the shaft ends")
-        if own.values["bore"] is None:
+        if item.values["bore"] is None:
             right = [one for one in self.shaft.placed if one.start <= place * (1.0 + SAME_PLACE)][-1]
-            own.values["bore"] = (right.section.diameter_at(place - right.start),) * 2
-        return place, _section(Item(table, {**own.values, "name": None}), material)
+            item.values["bore"] = (right.section.diameter_at(place - right.start),) * 2
+        return place, _section(Item(table, {**item.values, "name": None}), material)
 
-    def _named_place(self, own: Item) -> float:
-        """The place of a disk or bearing, which has its name from now on."""
-        place, name = self._place(own.table, "at", own.values["at"]), own.values["name"]
+    def _named_place(self, item: Item) -> float:
+        """Position of a disk or bearing, and registration of its name."""
+        place, name = self._place(item.table, "at", item.values["at"]), item.values["name"]
         if name in self._known:
-            own.table.refuse("name", name, "a name that no other disk or bearing has")
+            item.table.refuse("name", name, "a name that no other disk or bearing has")
         if name is not None:
             self._known[name] = place
         return place
 
     def _place(self, table: Table, key: str, raw: Any) -> float:
-        """m from the left end."""
+        """Position in m from the left end."""
         length = self.shaft.length
         if isinstance(raw, Mapping):
             place = self._from_section(table, key, raw)
@@ -105,7 +105,7 @@ class Stations:
         return left + distance if end == "left" else right - distance
 
     def machine(self, top: float, observers: list[Any]) -> Machine:
-        """The machine of a shaft for a band up to `top` in Hz, with nodes at all places that were named so far."""
+        """The machine of the shaft for a band up to `top` in Hz, with nodes at all positions named so far."""
         from rsc.machine.shaft.division import divided
 
         table, values = self.table, self.values
@@ -115,29 +115,30 @@ class Stations:
         try:
             made = divided(self.shaft, top, source, values["elements"])
         except DataError as error:
-            table.refuse("bearings", [one.place for one in self.shaft.supports], "such that they hold the shaft", error.problem)
+            table.refuse("bearings", [one.place for one in self.shaft.supports], "bearings that support the shaft", error.problem)
         sections = len(self.shaft.sections)
         origin = f"{source} has {sections} sections and {made.words}"
         return Machine(made.model, origin, "sections", f"{sections} tables", at_nodes, list(dict.fromkeys(observed)))
 
     def _at_nodes(self) -> dict[str, Any]:
         """Unbalances, loads and gravity of a rotor."""
-        loads = [(self.node(own.table, "at", own.values["at"]), own.values["force"]) for own in self.values["load"]]
+        loads = [(self.node(item.table, "at", item.values["at"]), item.values["force"]) for item in self.values["load"]]
         return {"unbalances": self._unbalances(), "loads": loads, "gravity": self.values["gravity"] or 0.0}
 
     def _unbalances(self) -> list[Unbalance]:
-        """A grade for the whole rotor gives every disk the mass that is nearer to it than to the others."""
+        """The unbalances; a grade for the whole rotor is divided by the mass nearest to each disk."""
         raw, table = self.values["unbalance"], self.table
         if isinstance(raw, str):
             grade = _grade(table, "unbalance", raw)
             if not self.shaft.disks:
-                table.refuse("unbalance", raw, "a list of tables {at, amount, angle}", "without disks its planes have no places")
+                table.refuse("unbalance", raw, "a list of tables {at, amount, angle}", "without disks the planes are unknown")
             places = sorted({disk.place for disk in self.shaft.disks})
             shares = zip(places, self.shaft.masses_near(places), strict=True)
             return [Unbalance(self.node(table, "unbalance", place), grade * mass) for place, mass in shares]
         items = Tables(UnbalanceKeys).read(table, "unbalance", raw)
-        named = [(self.node(own.table, "at", own.values["at"]), own) for own in items]
-        return [Unbalance(name, amount_at(own.table, "amount", own.values["amount"]), own.values["angle"]) for name, own in named]
+        named = [(self.node(item.table, "at", item.values["at"]), item) for item in items]
+        amounts = [amount_at(item.table, "amount", item.values["amount"]) for item in items]
+        return [Unbalance(name, amount, item.values["angle"]) for (name, item), amount in zip(named, amounts, strict=True)]
 
 
 def _listed(table: Table, values: Mapping[str, Any]) -> list[Any]:
@@ -148,10 +149,10 @@ def _listed(table: Table, values: Mapping[str, Any]) -> list[Any]:
 
 
 def _grade(table: Table, key: str, raw: str) -> float:
-    """Distance in m of the centre of mass by a balance grade at the largest speed of the drive."""
+    """Eccentricity in m permitted by a balance grade at the largest speed of the drive."""
     grade = eccentricity_of_grade(raw, table.fastest)
     if grade is None:
-        table.refuse(key, raw, "a grade such as \"G 6.3\" of a rotor that turns")
+        table.refuse(key, raw, "a grade such as \"G 6.3\", for a rotor that turns")
         raise AssertionError
     return grade
 
@@ -164,7 +165,7 @@ def _rayleigh(table: Table, raw: Any) -> tuple[float, float]:
 
 
 def _material(table: Table, raw: Any, default: Material | None = None) -> Material:
-    """A material by name or by its numbers."""
+    """A material by name or by its properties."""
     if raw is None and default is not None:
         return default
     if isinstance(raw, Mapping):
@@ -175,8 +176,8 @@ def _material(table: Table, raw: Any, default: Material | None = None) -> Materi
     return MATERIALS[raw]
 
 
-def _section(own: Item, material: Material) -> Section:
-    table, values = own.table, own.values
+def _section(item: Item, material: Material) -> Section:
+    table, values = item.table, item.values
     for i, (bore, diameter) in enumerate(zip(values["bore"], values["diameter"], strict=True)):
         if not bore < diameter:
             table.refuse("bore", table.values.get("bore", bore), f"less than the diameter at its {_FROM[i]} end, {diameter:g} m")
@@ -184,13 +185,13 @@ def _section(own: Item, material: Material) -> Section:
     return Section(values["length"], values["diameter"], values["bore"], material, values["name"] or "")
 
 
-def _disk(own: Item, place: float, shaft: Shaft, material: Material) -> Disk:
-    """A disk with its own inertias, or with those of its shape."""
-    table, values = own.table, own.values
+def _disk(item: Item, place: float, shaft: Shaft, material: Material) -> Disk:
+    """A disk with given inertias, or with those that follow from its shape."""
+    table, values = item.table, item.values
     inertias = {key: values[key] for key in ("mass", "polar_inertia", "diametral_inertia")}
     if all(value is None for value in inertias.values()):
         if values["diameter"] is None or values["width"] is None:
-            table.refuse("mass", None, "given with polar_inertia and diametral_inertia, or instead of them diameter and width")
+            table.refuse("mass", None, "given with polar_inertia and diametral_inertia, or diameter and width instead")
         bore = shaft.diameter_at(place) if values["bore"] is None else values["bore"]
         if not bore < values["diameter"]:
             what = "of the shaft there" if values["bore"] is None else "of its bore"
@@ -199,37 +200,37 @@ def _disk(own: Item, place: float, shaft: Shaft, material: Material) -> Disk:
         inertias = dict(zip(inertias, disk_inertias(values["diameter"], bore, values["width"], density), strict=True))
     missing = [key for key, value in inertias.items() if value is None]
     if missing:
-        table.refuse(missing[0], None, "given beside the others of mass, polar_inertia and diametral_inertia")
+        table.refuse(missing[0], None, "given: mass, polar_inertia and diametral_inertia go together")
     if inertias["polar_inertia"] > 2.0 * inertias["diametral_inertia"] * (1.0 + 1e-9):
-        wanted = f"at most twice diametral_inertia, {2.0 * inertias['diametral_inertia']:g} kg m^2, as of a thin disk"
+        wanted = f"at most twice diametral_inertia, {2.0 * inertias['diametral_inertia']:g} kg m^2, the value for a thin disk"
         table.refuse("polar_inertia", inertias["polar_inertia"], wanted)
     return Disk(place, **inertias, name=values["name"] or "", diameter=values["diameter"], width=values["width"])
 
 
 def _refuse_overlap(values: Any, shaft: Shaft) -> None:
-    """Two disks of known widths may not share a piece of the shaft."""
+    """SceneError for overlapping disks of known widths."""
     pairs = sorted(zip(shaft.disks, values, strict=True), key=lambda pair: pair[0].place)
-    for (left, _), (right, own) in pairwise(pairs):
+    for (left, _), (right, item) in pairwise(pairs):
         least = 0.5 * ((left.width or 0.0) + (right.width or 0.0))
         if right.place - left.place < least * (1.0 - 1e-9):
             wanted = f"at least {least:g} m from the disk at {left.place:g} m: they overlap"
-            own.table.refuse("at", own.table.values["at"], wanted)
+            item.table.refuse("at", item.table.values["at"], wanted)
 
 
-def _support(own: Item, place: float) -> Support:
+def _support(item: Item, place: float) -> Support:
     """A bearing with constant coefficients, or with those of its table."""
-    table, values = own.table, own.values
+    table, values = item.table, item.values
     tilting: tuple[float, float, str] = (values["tilt_stiffness"], values["tilt_damping"], values["name"] or "")
     if values["table"] is not None:
         if table.folder is None:
-            table.refuse("table", values["table"], "no file", "the scene of a result holds the reduced body")
+            table.refuse("table", values["table"], "no file", "the scene of a result contains the reduced body")
         try:
             speeds, coefficients = read_bearing_table(table.folder / values["table"])
         except DataError as error:
             table.refuse("table", values["table"], "a CSV file of coefficients over the speed", error.problem)
         return Support(place, speeds, coefficients, *tilting)
     if values["stiffness"] is None:
-        table.refuse("stiffness", None, "given, or instead of it table")
+        table.refuse("stiffness", None, "given, or table instead")
     raw = (values[key] or 0.0 for key in ("stiffness", "damping"))
-    stiffness, damping = (coefficients_of(table, key, own, key) for key, own in zip(("stiffness", "damping"), raw, strict=True))
+    stiffness, damping = (coefficients_of(table, key, part, key) for key, part in zip(("stiffness", "damping"), raw, strict=True))
     return Support(place, np.zeros(1), np.array([[*stiffness, *damping]]), *tilting)

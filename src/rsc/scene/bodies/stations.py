@@ -1,4 +1,4 @@
-"""Places along a shaft in other tables: `at` of [contact] and [[clearance]] becomes a node of the shaft."""
+"""Positions along a shaft in other tables: `at` of [contact] and [[clearance]] is replaced by a node of the shaft."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -10,20 +10,20 @@ KEYS = {"rotor": "at", "stator": "stator_at"}
 
 
 def with_nodes(tables: Sequence[Table], name: str, stations: Stations) -> list[Table]:
-    """The tables with nodes of the shaft "rotor" or "stator" in the place of places along it.
+    """The tables with positions along the shaft "rotor" or "stator" replaced by nodes.
 
-    A contact has the diameter of the shaft there, or of the disk, unless it names one.
+    The diameter of a contact defaults to that of the shaft or disk there.
 
     Raises
     ------
     SceneError
-        A place that the shaft does not have.
+        A position that is not on the shaft.
     """
     key, node = KEYS[name], f"{name}_node"
     made = []
     for table in tables:
         if key in table.values:
-            values = {own: value for own, value in table.values.items() if own != key}
+            values = {kept: value for kept, value in table.values.items() if kept != key}
             for other in (node, f"{name}_coordinate"):
                 if other in values:
                     table.refuse(other, values[other], f"left out when {key} is given", "they exclude each other")
@@ -36,7 +36,8 @@ def with_nodes(tables: Sequence[Table], name: str, stations: Stations) -> list[T
 
 
 def refuse_stations(table: Table, values: Mapping[str, Any]) -> None:
-    """Refuse a place along a body that is no shaft, in whose place there would be a node by now."""
+    """SceneError for a position along a body that is not a shaft (for shafts it has been replaced by a node)."""
     for name, key in KEYS.items():
         if values[key] is not None:
-            table.refuse(key, table.values[key], "left out", f"the {name} is no \"shaft\": give {name}_coordinate or {name}_node")
+            hint = f"the {name} does not have model \"shaft\": give {name}_coordinate or {name}_node"
+            table.refuse(key, table.values[key], "left out", hint)

@@ -1,13 +1,13 @@
-"""Commented scenes of machines by their stations (`rsc new pump` and so on): plausible ones, of no manufacturer.
+"""Commented scenes of typical machines, described by stations (`rsc new pump` etc.), not of any manufacturer.
 
-(guess): of the size that such machines have, yours to change. Grades are those that ISO 21940-11 gives such rotors; friction and
-contact stiffness are of the size that docs/users/numbers.md tells how to find.
+(guess): of a typical size, to be replaced. Balance grades are those of ISO 21940-11 for such rotors; for friction and contact
+stiffness see docs/users/numbers.md.
 """
 
 _HEAD = """\
 # {about}
-# Places are measured from the left end of the shaft. (guess): of the size that such machines have; put in your own numbers. A
-# quantity is a number in SI (speeds in Hz) or a text with a unit. First `rsc modes` (do the modes lie where you expect them?),
+# Positions are measured from the left end of the shaft. (guess): typical of such machines, replace by your own numbers. A
+# quantity is a number in SI (speeds in Hz) or a text with a unit. First `rsc modes` (are the modes where you expect them?),
 # then `rsc predict` and `rsc check`.
 title = "{title}"
 

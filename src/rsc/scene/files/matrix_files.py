@@ -1,16 +1,18 @@
 """Matrices of a scene: from nested lists or from .npz, .mat and Matrix Market files, and their checks.
 
-Files are read by `rsc.machine.formats`: without pickle, sizes held against caps before memory is taken, entries at one place of
-a sparse matrix added up.
+Files are read by `rsc.machine.formats`: without pickle, with sizes checked before memory is allocated; duplicate entries of a
+sparse matrix are summed.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy
 
 from rsc.errors import DataError, one_line
-from rsc.scene.keys.keys import MAX_COORDINATES, Number, as_list
+from rsc.scene.keys.keys import MAX_COORDINATES, Number, Table, as_list
 from rsc.units import LARGEST, SMALLEST
 
 MAX_FILE_BYTES = 64 * 2**20
@@ -20,19 +22,19 @@ MAX_FILE_BYTES = 64 * 2**20
 class MatrixReader:
     """A square matrix as nested lists, or the name of a matrix file.
 
-    `entries` gives a reader per entry where the units are known (the 2 x 2 disk); otherwise entries are SI.
+    `entries` has a reader per entry if units are known (the 2 x 2 disk); otherwise entries are in SI.
     """
 
     entries: tuple | None = None
 
     @property
-    def wanted(self):
+    def wanted(self) -> str:
         """The allowed forms in words."""
         if self.entries:
             return f"a {len(self.entries)} x {len(self.entries)} matrix as nested lists"
         return "a square matrix as nested lists, or a .npz, .mat or .mtx file"
 
-    def read(self, table, key, raw):
+    def read(self, table: Table, key: str, raw: Any) -> tuple[tuple[float, ...], ...]:
         """The matrix as a tuple of rows."""
         if isinstance(raw, str) and not self.entries:
             return read_matrix_file(table, key, raw)
@@ -54,15 +56,15 @@ class MatrixReader:
         )
 
 
-def read_matrix_file(table, key, name):
+def read_matrix_file(table: Table, key: str, name: str) -> tuple[tuple[float, ...], ...]:
     """Read one square matrix from a file.
 
     Parameters
     ----------
     table : rsc.scene.keys.keys.Table
-        The scene's table, for its folder and for refusals.
+        The scene's table, for its folder and for error messages.
     key : str
-        Key of the table; also the name of the matrix in a file that has names.
+        Key of the table; also the name of the matrix in files with named matrices.
     name : str
         File name, relative to the scene's folder.
 
@@ -78,7 +80,7 @@ def read_matrix_file(table, key, name):
     from rsc.machine.formats import read_matrices  # takes a while to load, and few scenes name files
 
     if table.folder is None:
-        table.refuse(key, name, "a matrix written out", "the scene of a result names no files")
+        table.refuse(key, name, "a matrix written out", "the scene of a result cannot refer to files")
     path = table.folder / name
     if path.suffix.lower() not in (".npz", ".mat", ".mtx"):
         table.refuse(key, name, MatrixReader().wanted)
@@ -86,7 +88,7 @@ def read_matrix_file(table, key, name):
         matrices = read_matrices(path, MAX_FILE_BYTES, MAX_FILE_BYTES).matrices
     except DataError as error:
         table.refuse(key, name, f"a file with a real square matrix \"{key}\"", error.problem)
-    matrix = matrices.get(key, matrices.get(path.stem) if len(matrices) == 1 else None)  # some formats have no names
+    matrix: Any = matrices.get(key, matrices.get(path.stem) if len(matrices) == 1 else None)  # some formats have no names
     problem = _problem_of(matrix, matrices)
     if problem:
         table.refuse(key, name, f"a file with a real square matrix \"{key}\"", problem)
@@ -98,8 +100,8 @@ def read_matrix_file(table, key, name):
     return tuple(tuple(row) for row in matrix.tolist())
 
 
-def _problem_of(matrix, matrices):
-    """What is wrong with the matrix (None without it) of a file's matrices, "" when it will do."""
+def _problem_of(matrix: Any, matrices: Mapping[str, Any]) -> str:
+    """Why a matrix (None: not found) of a file's matrices is unsuitable; "" if it is suitable."""
     if matrix is None:
         return "its real matrices are named " + ", ".join(one_line(name) for name in sorted(matrices)[:5])
     if len(set(matrix.shape)) != 1 or not 0 < matrix.shape[0] <= MAX_COORDINATES:
@@ -107,8 +109,8 @@ def _problem_of(matrix, matrices):
     return ""
 
 
-def refuse_asymmetric(table, key, rows, size=None):
-    """Refuse a matrix that is not symmetric to 1e-9 of its largest entry, or not of the given size."""
+def refuse_asymmetric(table: Table, key: str, rows: Any, size: int | None = None) -> None:
+    """SceneError for a matrix that is not symmetric within 1e-9 of its largest entry, or not of the given size."""
     matrix = np.array(rows)
     if size is not None and len(rows) != size:
         table.refuse(key, rows, f"a {size} x {size} matrix like the mass matrix")
@@ -118,10 +120,10 @@ def refuse_asymmetric(table, key, rows, size=None):
         table.refuse(key, rows, "a symmetric matrix", f"entries [{i}][{j}] and [{j}][{i}] differ")
 
 
-def is_definite(rows, strictly):
-    """Whether a symmetric matrix is positive definite (strictly) or semidefinite, to rounding.
+def is_definite(rows: Any, strictly: bool) -> bool:
+    """Whether a symmetric matrix is positive definite (strictly) or semidefinite, up to rounding.
 
-    Rows and columns are first scaled by the roots of the diagonal, so that kg beside kg m^2 does no harm.
+    Rows and columns are first scaled by the square roots of the diagonal, so that mixed units (kg, kg m^2) do not matter.
     """
     matrix = np.array(rows)
     diagonal = np.diag(matrix)

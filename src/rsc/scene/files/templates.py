@@ -1,4 +1,4 @@
-"""Commented scenes to start from, one per rotor model (`rsc new MODEL`), and those of machines by their stations."""
+"""Commented template scenes, one per rotor model (`rsc new MODEL`), and those of machines described by stations."""
 
 from rsc.errors import SceneError, nearest, shown
 from rsc.scene.files.machine_templates import MACHINES, machine_template
@@ -47,7 +47,7 @@ damping = 24.0
 '''
 
 _CHAIN = '''\
-# Disks in a row between two walls, in a stator that is a row of masses itself. Plain numbers are SI, frequencies and
+# Disks in a row between two walls, in a stator that is also a row of masses. Plain numbers are SI, frequencies and
 # rotor speeds Hz; any quantity may be a text with a unit instead: "0.2 mm", "3000 rpm", "2 kN/m".
 title = "Three disks in a chain, contact at the middle one"
 
@@ -68,7 +68,7 @@ damping_ratio = 0.1
 
 _MATRICES = '''\
 # Any rotor and stator, given by their matrices in SI (a tilt coordinate is an angle in rad). A matrix is a nested list
-# or a file beside the scene: "machine.npz" or "machine.mat" (array named like the key), "mass.mtx" (Matrix Market).
+# or a file in the folder of the scene: "machine.npz" or "machine.mat" (array named like the key), "mass.mtx" (Matrix Market).
 title = "Rotor and stator given by matrices"
 
 [rotor]
@@ -94,7 +94,7 @@ _CONTACT = '''
 friction = {friction}
 stiffness = {stiffness}
 damping_ratio = 0.05            # of the reduced mass at the contact; or damping in N s/m
-diameter = "{diameter}"              # of the rotor at the contact; without it friction drives for ever
+diameter = "{diameter}"              # of the rotor at the contact; without it friction is one-sided and never reverses
 # ring_eccentricity = "0.01 mm" # of the contact ring; or [amount, angle in degrees]
 
 [drive]
@@ -112,9 +112,9 @@ rate = 2000                     # samples per second
 '''
 
 _STARTS = {
-    "whirl": """# does a whirl stay? On a predicted one; whether the rotor gets there: rsc new {model} --start rest
+    "whirl": """# does a whirl persist? Start on a predicted one; whether the rotor gets there: rsc new {model} --start rest
 whirl = "backward"              # or its frequency in Hz; or rotor = [[y, z], ...]""",
-    "rest": """# does the rotor get into a whirl? From rest; whether a whirl stays: rsc new {model}
+    "rest": """# does the rotor get into a whirl? Start from rest; whether a whirl persists: rsc new {model}
 rest = true                     # or running = true (the steady motion without contact)
 # impulse = ["1 N s", "0 N s"]    # an impulse on the rotor at the contact""",
 }
@@ -138,19 +138,19 @@ ABOUT = {
 
 
 def template(model: str, start: str | None = None) -> str:
-    """Return the text of a commented scene to start from.
+    """Return the text of a commented template scene.
 
     Parameters
     ----------
     model : str
         One of `ABOUT`: a model, "laval", "disk", "chain" or "matrices", or one of `MACHINES`.
     start : str, optional
-        One of `STARTS`: "whirl" (does a whirl stay?), which models have by default, or "rest" (does the rotor get there?).
+        One of `STARTS`: "whirl" (does a whirl persist?), the default of models, or "rest" (does the rotor get into a whirl?).
 
     Returns
     -------
     str
-        TOML that loads as it is.
+        TOML of a valid scene.
 
     Raises
     ------

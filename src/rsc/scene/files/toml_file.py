@@ -1,4 +1,4 @@
-"""TOML files as they are handed in: read below a cap, refused in one line that names the place."""
+"""Reading of TOML files with a size limit; errors name the position in one line."""
 
 import re
 import tomllib
@@ -14,12 +14,13 @@ _KEY_DOT = re.compile(r"""[\w"'-][ \t]*\.(?=[ \t]*[\w"'-])""")
 
 
 def text_of(path: Path, what: str, hint: str) -> str:
-    """The text of a file that holds `what` ("a scene"); `hint` says where one comes from. SceneError for anything else."""
+    """The text of a file that should contain `what` ("a scene"); `hint` says how to get one. SceneError if unreadable or
+    empty."""
     file = one_line(path)
     try:
         content = content_of(path, MAX_FILE_BYTES)
     except DataError as error:
-        problem = "large matrices belong into a .npz file" if error.problem.startswith("the file has") else error.problem
+        problem = "put large matrices into a .npz file" if error.problem.startswith("the file has") else error.problem
         raise SceneError(file, "file", path.name, f"{what}: a readable file of at most 1 MB", problem) from None
     try:
         text = content.decode("utf-8-sig")
@@ -31,7 +32,7 @@ def text_of(path: Path, what: str, hint: str) -> str:
 
 
 def tables_of(text: str, file: str) -> dict[str, Any]:
-    """The nested dicts of a TOML text; SceneError names the file and its line."""
+    """Parse TOML text to nested dicts; SceneError names file and line."""
     for piece in re.split("[=,{\n]", text):
         # tomllib needs quadratic time for long dotted keys: a megabyte of dots would hang
         if piece.count(".") > MAX_DOTS and len(_KEY_DOT.findall(piece)) > MAX_DOTS:
@@ -48,7 +49,7 @@ def tables_of(text: str, file: str) -> dict[str, Any]:
             message = f"{message}: is a key or table given twice?"
         line, hint = _line_at(text, place), ""
         if "\\" in message or "hex" in message:
-            hint = "a path needs / or single quotes: a backslash in double quotes begins an escape"
+            hint = "write paths with / or in single quotes: a backslash in double quotes starts an escape"
         raise SceneError(file, place or "file", line, "valid TOML", hint or " ".join(message.split())) from None
     except ValueError as error:  # an integer with thousands of digits
         hint = str(error).partition(":")[0]
@@ -56,7 +57,7 @@ def tables_of(text: str, file: str) -> dict[str, Any]:
 
 
 def _line_at(text: str, place: str) -> str:
-    """The source line of "line 3, column 5"."""
+    """The source line at a position such as "line 3, column 5"."""
     words = place.replace(",", " ").split()
     lines = text.splitlines()
     if len(words) == 4 and words[1].isdigit() and 0 < int(words[1]) <= len(lines):

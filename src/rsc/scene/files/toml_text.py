@@ -1,4 +1,4 @@
-"""The one writer of TOML: plain numbers, texts, flags, lists and tables; whatever else would not be read again is refused."""
+"""Writer of TOML: plain numbers, texts, flags, lists and tables; anything that could not be read back is refused."""
 
 import math
 from collections.abc import Collection, Mapping
@@ -9,14 +9,14 @@ _ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t"}
 
 
 def toml_text(content: Mapping[str, Any], listed: Collection[str] = ()) -> str:
-    """TOML text of a dict of values, of one level of tables and of lists of such; floats keep every bit.
+    """TOML text of a dict of values, one level of tables, and lists of tables; floats keep every bit.
 
-    listed : names of tables that are written as `[[name]]` also where there is only one
+    listed : names of tables that are written as `[[name]]` even if there is only one
 
     Raises
     ------
     TypeError
-        A value that is not a plain Python number, text, flag or list, by its place: a fault of whoever made the content.
+        A value is not a plain Python number, text, flag or list; the message names its place. This is a bug of the caller.
     """
     tables = {name: part if isinstance(part, list) else [part] for name, part in content.items() if _is_table(part)}
     lines = [f"{key} = {toml_value(value, key)}" for key, value in content.items() if key not in tables]
@@ -28,7 +28,7 @@ def toml_text(content: Mapping[str, Any], listed: Collection[str] = ()) -> str:
 
 
 def toml_value(value: object, place: str = "value") -> str:
-    """A value as it stands in a TOML file; TypeError as of `toml_text`."""
+    """A value in TOML notation; TypeError as for `toml_text`."""
     kind = type(value)
     if kind is bool:
         return "true" if value else "false"

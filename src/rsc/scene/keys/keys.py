@@ -1,14 +1,17 @@
 """Reading one table of a scene against declared keys: each states its kind, unit, range, default and meaning once.
 
-A section of a scene is a frozen dataclass whose fields are made with `declare(reader, default)`. `read_table`
-goes through them; whatever does not fit is refused by one `SceneError` with file, key, value and range. The
-scene reference and the JSON Schema of docs/users are written from the same declarations (tools/scene_reference.py).
+A section of a scene is a frozen dataclass with fields made by `declare(reader, default)`. `read_table` goes
+through them; invalid values raise a `SceneError` with file, key, value and range. The scene reference and the JSON Schema of
+docs/users are generated from the same declarations (tools/scene_reference.py).
 """
 
 import numbers
 import re
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cache
+from pathlib import Path
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -16,14 +19,14 @@ from rsc.errors import MEANT, SceneError, nearest, one_line, shown
 from rsc.units import DIMENSIONS, QuantityError, eccentricity_of_grade, quantity
 from rsc.units.together import has_other_unit
 
-REQUIRED = object()  # default of a key that must be there
-OPTIONAL = ()  # default of a group of keys of which none must be there
+REQUIRED = object()  # default of a required key
+OPTIONAL = ()  # default of a group of keys that are all optional
 MAX_COORDINATES = 1000
 LONGEST_NAME = 40
 
 
 class Table:
-    """One table of a scene being read, with refusals that name file and key.
+    """One table of a scene being read; its errors name file and key.
 
     Parameters
     ----------
@@ -34,72 +37,72 @@ class Table:
     values : Mapping
         Its raw content.
     folder : pathlib.Path or None
-        Where relative names of files start; None where the scene may name none.
+        Base of relative file names; None if files are not allowed.
 
     Attributes
     ----------
     fastest : float, Hz
-        Largest speed of the drive, to which balance grades of a rotor belong.
+        Largest speed of the drive, used for balance grades of the rotor.
     """
 
-    def __init__(self, file, name, values, folder=None):
+    def __init__(self, file: str, name: str, values: Mapping[str, Any], folder: Path | None = None) -> None:
         self.file, self.name, self.values, self.folder, self.fastest = file, name, values, folder, 0.0
-        # (key, dimension) -> the first number without a unit and the first text with another unit, each with its place
+        # (key, dimension) -> first number without a unit and first text with another unit, each with its position
         self._met: dict[tuple[str, str], dict[type, tuple[str, object]]] = {}
 
-    def refuse(self, key, value, wanted, hint=""):
+    def refuse(self, key: str, value: object, wanted: str, hint: str = "") -> NoReturn:
         """Raise the SceneError for one key of this table."""
         raise SceneError(self.file, one_line(f"{self.name}.{key}"), shown(value), wanted, one_line(hint))
 
-    def compare_units(self, place, raw, dimension):
-        """Refuse a plain number in a list, at a place such as "speed[0]", beside a text whose unit is another one."""
+    def compare_units(self, place: str, raw: Any, dimension: str) -> None:
+        """Refuse a plain number in a list, at a place such as "speed[0]", together with a text in another unit."""
         key, listed, _ = place.partition("[")
         if not listed or not (raw if not isinstance(raw, str) else has_other_unit(raw, dimension)):
             return
         met = self._met.setdefault((key, dimension), {})
         met.setdefault(str if isinstance(raw, str) else float, (place, raw))
         if len(met) > 1:
-            self.refuse(*met[float], "a text with a unit", f"{met[str][1]!r} beside it has one")
+            self.refuse(*met[float], "a text with a unit", f"like {met[str][1]!r} in the same list")
 
 
-def declare(reader, default=REQUIRED, *, meaning, mirror=None):
-    """Declare a key of a section: how it is read, its default (None: may be absent) and what it means, in one sentence.
+def declare(reader: Any, default: Any = REQUIRED, *, meaning: str, mirror: Callable[[Any], Any] | None = None) -> Any:
+    """Declare a key of a section: its reader, default (None: may be absent) and meaning, in one sentence.
 
-    mirror : plain value -> that of the mirrored scene, by default as `reader` tells (`rsc.scene.keys.mirror`)
+    mirror : plain value -> value in the mirrored scene, by default derived from `reader` (`rsc.scene.keys.mirror`)
     """
     return field(metadata={"reader": reader, "default": default, "meaning": meaning, "mirror": mirror})
 
 
 class Values(dict):
-    """The values of the declared keys of one table, each of which must be taken: by its name, or all by the class that is made of
-    them. A key that the scene gives and nobody takes would be without effect: that is a fault of rsc."""
+    """The values of the declared keys of one table, each of which must be used: by its name, or by the class made from all of
+    them. A key that is accepted but never used would silently have no effect, which is a bug of rsc."""
 
-    def __init__(self, table, values):
+    def __init__(self, table: Table, values: dict[str, Any]) -> None:
         super().__init__(values)
         self._table, self._untaken = table, {key for key in values if key in table.values}
 
-    def __getitem__(self, key):
+    def __getitem__(self, key: str) -> Any:
         self._untaken.discard(key)
         return super().__getitem__(key)
 
-    def made(self, section):
-        """An object of the class that declares the keys and has a field for each."""
+    def made(self, section: type) -> Any:
+        """An instance of the class that declares the keys."""
         return section(**self)
 
-    def refuse_untaken(self, besides=()):
-        """AssertionError, which names it, where a given key has not been taken; besides: keys read before the others were."""
+    def refuse_untaken(self, besides: Iterable[str] = ()) -> None:
+        """AssertionError for a key that was given but never used; besides: keys that were used before."""
         if untaken := self._untaken.difference(besides):
-            raise AssertionError(f"[{self._table.name}] {min(untaken)} is declared, and nothing reads it")
+            raise AssertionError(f"[{self._table.name}] {min(untaken)} is declared, but nothing uses it")
 
 
-@cache  # asked for every key of every case of a sweep
-def known_keys(section):
+@cache  # called for every key of every case of a sweep
+def known_keys(section: type) -> tuple[str, ...]:
     """Names of the keys that a section class declares."""
     return tuple(item.name for item in fields(section) if "reader" in item.metadata)
 
 
-def _hint(section, key, names, elsewhere):
-    """What may help whoever gave a key that a section does not have: its present name, the nearest one, where it belongs."""
+def _hint(section: type, key: str, names: tuple[str, ...], elsewhere: Callable[[str], str] | None) -> str:
+    """Hint for an unknown key: its new name, the closest name, or where it belongs."""
     renamed = dict(getattr(section, "renamed", ()))
     if key in renamed:
         return f"since version 0.2.0 it is called {renamed[key]}"
@@ -109,19 +112,19 @@ def _hint(section, key, names, elsewhere):
     return hint
 
 
-def read_table(section, table, elsewhere=None):
+def read_table(section: type, table: Table, elsewhere: Callable[[str], str] | None = None) -> Values:
     """Read the declared keys of a section class from a table.
 
     Parameters
     ----------
     section : type
-        Dataclass whose fields were made by `declare`; an optional attribute ``one_of`` lists groups
+        Dataclass with fields made by `declare`; an optional attribute ``one_of`` lists groups
         ``(names, default)`` of keys that exclude each other; default is None (one must be given), OPTIONAL or
-        (name, value); ``renamed`` has pairs (key of an earlier version, its present name).
+        (name, value); ``renamed`` has pairs (old key, new key).
     table : Table
         The raw table.
     elsewhere : callable, optional
-        ``elsewhere(key) -> str`` names where an unknown key would be right ("" if nowhere).
+        ``elsewhere(key) -> str`` says where an unknown key would be valid ("" if nowhere).
 
     Returns
     -------
@@ -160,14 +163,14 @@ def read_table(section, table, elsewhere=None):
     return Values(table, values)
 
 
-def _title(section, table):
+def _title(section: type, table: Table) -> str:
     model = getattr(section, "model", None)
     return f"[{table.name}]" + (f" with model \"{model}\"" if model else "")
 
 
 @dataclass(frozen=True)
 class Number:
-    """A finite number, or a text with a unit; `low` and `high` are allowed, `above` and `below` are not."""
+    """A finite number, or a text with a unit; `low` and `high` are inclusive bounds, `above` and `below` exclusive ones."""
 
     dimension: str
     low: float | None = None
@@ -177,19 +180,19 @@ class Number:
     hint: str = ""
 
     @property
-    def wanted(self):
+    def wanted(self) -> str:
         """The allowed range in words."""
         unit = DIMENSIONS[self.dimension][0]
         words = [f"{sign} {bound:g}" for sign, bound in self.bounds]
         return "a number" + (f" {' and '.join(words)}" if words else "") + (f" {unit}" if unit != "1" else "")
 
     @property
-    def bounds(self):
-        """Pairs of sign and bound of the allowed range."""
+    def bounds(self) -> tuple[tuple[str, float], ...]:
+        """(sign, bound) pairs of the allowed range."""
         signs = (">", self.above), (">=", self.low), ("<", self.below), ("<=", self.high)
         return tuple((sign, bound) for sign, bound in signs if bound is not None)
 
-    def read(self, table, key, raw):
+    def read(self, table: Table, key: str, raw: Any) -> float:
         """The number in SI."""
         try:
             number = quantity(raw, self.dimension)
@@ -209,14 +212,14 @@ class Number:
 
 @dataclass(frozen=True)
 class Eccentricity(Number):
-    """A length, or the balance grade that it makes at the largest speed of the drive (`rsc.units.eccentricity_of_grade`)."""
+    """A length, or a balance grade, taken at the largest speed of the drive (`rsc.units.eccentricity_of_grade`)."""
 
     @property
-    def wanted(self):
+    def wanted(self) -> str:
         """The allowed forms in words."""
-        return f"{super().wanted}, a balance grade such as \"G 6.3\" of a rotor that turns"
+        return f"{super().wanted}, or for a rotor that turns a balance grade such as \"G 6.3\""
 
-    def read(self, table, key, raw):
+    def read(self, table: Table, key: str, raw: Any) -> float:
         """The length in m."""
         length = eccentricity_of_grade(raw, table.fastest) if isinstance(raw, str) else None
         if length is None and isinstance(raw, str) and raw.strip().startswith("G"):
@@ -226,21 +229,21 @@ class Eccentricity(Number):
 
 @dataclass(frozen=True)
 class Integer:
-    """A whole number from `low` to `high`."""
+    """An integer from `low` to `high`."""
 
     low: int
     high: int
 
     @property
-    def wanted(self):
+    def wanted(self) -> str:
         """The allowed range in words."""
         return f"a whole number from {self.low} to {self.high}"
 
-    def read(self, table, key, raw):
+    def read(self, table: Table, key: str, raw: Any) -> int:
         """The number as int."""
         whole = isinstance(raw, numbers.Integral) and not isinstance(raw, bool)
         if not whole and isinstance(raw, float) and raw.is_integer():
-            whole = True  # 1e9 is how people write large counts
+            whole = True  # people write large counts as 1e9
         if not whole or not self.low <= raw <= self.high:
             table.refuse(key, raw, self.wanted)
         return int(raw)
@@ -252,7 +255,7 @@ class Flag:
 
     wanted = "true or false"
 
-    def read(self, table, key, raw):
+    def read(self, table: Table, key: str, raw: Any) -> bool:
         """The flag as bool."""
         if not isinstance(raw, (bool, np.bool_)):
             table.refuse(key, raw, self.wanted)
@@ -261,16 +264,16 @@ class Flag:
 
 @dataclass(frozen=True)
 class Choice:
-    """One of some names."""
+    """One of several names."""
 
     names: tuple
 
     @property
-    def wanted(self):
+    def wanted(self) -> str:
         """The allowed names in words."""
         return "one of " + ", ".join(f"\"{name}\"" for name in self.names)
 
-    def read(self, table, key, raw):
+    def read(self, table: Table, key: str, raw: Any) -> str:
         """The name."""
         if not isinstance(raw, str) or raw not in self.names:
             table.refuse(key, raw, self.wanted, nearest(raw, self.names) if isinstance(raw, str) else "")
@@ -283,26 +286,26 @@ class Text:
 
     wanted = "a text of 1 to 500 characters"
 
-    def read(self, table, key, raw):
+    def read(self, table: Table, key: str, raw: Any) -> str:
         """The text."""
         if not isinstance(raw, str) or not 0 < len(raw) <= 500 or "\0" in raw or not _is_unicode(raw):
             table.refuse(key, raw, self.wanted)
-        return str(raw)  # of NumPy's texts too a plain one
+        return str(raw)  # a plain str also for NumPy's string type
 
 
-def _is_unicode(text):
-    """Whether a text can be written in UTF-8: half of a surrogate pair cannot."""
+def _is_unicode(text: str) -> bool:
+    """Whether a text can be encoded in UTF-8, i.e. contains no lone surrogates."""
     return not any("\ud800" <= character <= "\udfff" for character in text)
 
 
 @dataclass(frozen=True)
 class Name:
-    """A name, which may stand between dots."""
+    """A name that can be part of a dotted key."""
 
-    wanted = f"a name of at most {LONGEST_NAME} letters, digits and _ that begins with a letter"
+    wanted = f"a name of at most {LONGEST_NAME} letters, digits and _ that starts with a letter"
     pattern = rf"[A-Za-z][A-Za-z0-9_]{{0,{LONGEST_NAME - 1}}}"
 
-    def read(self, table, key, raw):
+    def read(self, table: Table, key: str, raw: Any) -> str:
         """The name."""
         if not isinstance(raw, str) or not re.fullmatch(self.pattern, raw):
             table.refuse(key, raw, self.wanted)
@@ -313,14 +316,14 @@ class Name:
 class Sequence:
     """A list of one kind of value."""
 
-    item: object
+    item: Any
 
     @property
-    def wanted(self):
+    def wanted(self) -> str:
         """The allowed list in words."""
         return f"a list, each item {self.item.wanted}"
 
-    def read(self, table, key, raw):
+    def read(self, table: Table, key: str, raw: Any) -> tuple[Any, ...]:
         """A tuple of the items."""
         parts = as_list(raw)
         if parts is None:
@@ -332,26 +335,27 @@ class Sequence:
 
 @dataclass(frozen=True)
 class Later:
-    """A key that can only be read once the rest of its table is known: in words, and as readers one of which fits."""
+    """A key that can be validated only when the rest of its table is known: its description, and readers of its possible
+    forms."""
 
     wanted: str
     forms: tuple
 
-    def read(self, table, key, raw):
-        """The raw value."""
+    def read(self, table: Table, key: str, raw: Any) -> Any:
+        """The raw value, unchecked."""
         return raw
 
 
 @dataclass(frozen=True)
 class Listed:
-    """The form of a list in which every place has its own reader."""
+    """A list with a separate reader for each position."""
 
     items: tuple
 
 
 @dataclass(frozen=True)
 class Keyed:
-    """The form of an inline table in which every key has its own reader."""
+    """An inline table with a separate reader for each key."""
 
     items: dict
 
@@ -360,14 +364,14 @@ class Keyed:
 class Polar:
     """A complex amount fixed to the rotor: `amount` at `angle` degrees ahead of the rotor's y axis.
 
-    Kept as written, so that a scene is stored and read back without rounding; `complex(polar)` is the value.
+    Kept as entered, so that a scene is stored and read back without rounding; `complex(polar)` is the value.
     """
 
     amount: float
     angle: float = 0.0
 
-    def __complex__(self):
-        # quarter turns are exact: cos(90 deg) must not leave 6e-17 in a coordinate that is meant to be zero
+    def __complex__(self) -> complex:
+        # quarter turns are exact: cos(90 deg) must not leave 6e-17 in a coordinate meant to be zero
         quarter, remainder = divmod(self.angle, 90.0)
         if remainder == 0.0:
             return self.amount * (1 + 0j, 1j, -1 + 0j, -1j)[int(quarter) % 4]
@@ -381,16 +385,16 @@ class PolarReader:
     dimension: str
 
     @property
-    def wanted(self):
+    def wanted(self) -> str:
         """The allowed forms in words."""
         return f"a number in {DIMENSIONS[self.dimension][0]}, or [amount, angle in degrees]"
 
     @property
-    def items(self):
+    def items(self) -> tuple[Number, Number]:
         """The readers of amount and angle."""
         return Number(self.dimension), Number("angle in degrees", low=-1e6, high=1e6)
 
-    def read(self, table, key, raw):
+    def read(self, table: Table, key: str, raw: Any) -> Polar:
         """A Polar."""
         parts = as_list(raw)
         if parts is None:
@@ -398,7 +402,7 @@ class PolarReader:
         if len(parts) != 2:
             table.refuse(key, raw, self.wanted)
         amount, angle = (item.read(table, f"{key}[{i}]", parts[i]) for i, item in enumerate(self.items))
-        return Polar(amount, angle or 0.0)  # -0.0 would not survive being left out by `plain`
+        return Polar(amount, angle or 0.0)  # -0.0 would be lost, since `plain` omits it
 
 
 @dataclass(frozen=True)
@@ -408,12 +412,12 @@ class EccentricityReader(PolarReader):
     dimension: str = "length"
 
     @property
-    def wanted(self):
+    def wanted(self) -> str:
         """The allowed forms in words."""
         return f"{self.items[0].wanted}, or [amount, angle in degrees]"
 
     @property
-    def items(self):
+    def items(self) -> tuple[Number, Number]:
         """The readers of amount and angle."""
         return Eccentricity(self.dimension), super().items[1]
 
@@ -428,11 +432,11 @@ class PairReader:
     dimension: str
 
     @property
-    def wanted(self):
+    def wanted(self) -> str:
         """The allowed form in words."""
         return f"a pair [y, z] in {DIMENSIONS[self.dimension][0]}"
 
-    def read(self, table, key, raw):
+    def read(self, table: Table, key: str, raw: Any) -> complex:
         """The complex number y + i z."""
         parts = as_list(raw)
         if parts is None or len(parts) != 2:
@@ -441,7 +445,7 @@ class PairReader:
         return complex(number.read(table, f"{key}[0]", parts[0]), number.read(table, f"{key}[1]", parts[1]))
 
 
-def per_coordinate(table, key, raw, readers):
+def per_coordinate(table: Table, key: str, raw: Any, readers: Any) -> tuple[Any, ...]:
     """Read a list with one entry per coordinate, each with its own reader (a tilt is an angle)."""
     parts = as_list(raw)
     if parts is None or len(parts) != len(readers):
@@ -451,15 +455,15 @@ def per_coordinate(table, key, raw, readers):
     return tuple(reader.read(table, f"{key}[{i}]", part) for i, (reader, part) in enumerate(pairs))
 
 
-def as_list(raw):
+def as_list(raw: Any) -> list[Any] | None:
     """A list, tuple or array as a list; None for anything else."""
     if isinstance(raw, np.ndarray) and raw.ndim > 0:
         return raw.tolist()
     return list(raw) if isinstance(raw, (list, tuple)) else None
 
 
-def plain(value):
-    """A read value as TOML- and JSON-able numbers, texts and lists; reading it again gives the same value."""
+def plain(value: Any) -> Any:
+    """A value as plain numbers, texts and lists for TOML and JSON; reading it again gives the same value."""
     if isinstance(value, Polar):
         return value.amount if value.angle == 0.0 else [value.amount, value.angle]
     if isinstance(value, complex):
@@ -469,7 +473,8 @@ def plain(value):
     return value
 
 
-def plain_section(section):
-    """The declared keys of a section as a plain dict, absent ones left out."""
-    pairs = ((name, getattr(section, name)) for name in known_keys(type(section)))
+def plain_section(section: Any) -> dict[str, Any]:
+    """The declared keys of a section as a plain dict, without absent ones."""
+    kind: type = type(section)
+    pairs = ((name, getattr(section, name)) for name in known_keys(kind))
     return {name: plain(value) for name, value in pairs if value is not None}

@@ -1,7 +1,7 @@
 """The mirror image of a scene, z -> -z: the same machine seen from the other end of its shaft, turning the other way.
 
-Every complex quantity becomes its conjugate, which its reader tells; every speed and frequency its negative, and what is
-cross-coupled changes its sign, which their keys say where they are declared (`mirror`).
+Complex quantities are conjugated, as their readers imply; speeds and frequencies change sign, and so does what is cross-coupled,
+as stated where these keys are declared (`mirror`).
 """
 
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ from rsc.scene.keys.keys import Later, PairReader, PolarReader, Sequence
 
 
 def mirrored_table(section: type, table: Mapping[str, Any]) -> dict[str, Any]:
-    """A table of the mirrored scene, of plain content as `Scene.to_dict` gives it; section: the class that declares its keys."""
+    """A table of the mirrored scene, as plain content like that of `Scene.to_dict`; section: the class that declares its keys."""
     declared = {item.name: item.metadata for item in fields(section) if "reader" in item.metadata}
     return {key: _mirrored(declared[key], value) if key in declared else value for key, value in table.items()}
 
@@ -24,8 +24,8 @@ def _mirrored(metadata: Mapping[str, Any], value: Any) -> Any:
 
 
 def _as_read(reader: Any, value: Any) -> Any:
-    """What a reader reads, conjugated where it is complex."""
-    if isinstance(reader, Later):  # in a resolved scene the last and fullest form
+    """A plain value, conjugated if its reader is for complex values."""
+    if isinstance(reader, Later):  # resolved scenes have the last, most complete form
         return _as_read(reader.forms[-1], value)
     if isinstance(reader, Sequence):
         return [_as_read(reader.item, item) for item in value]
@@ -35,37 +35,37 @@ def _as_read(reader: Any, value: Any) -> Any:
 
 
 def negative(value: Any) -> Any:
-    """Numbers in nested lists with the other sign; a word stays."""
+    """Negate the numbers in nested lists; words are unchanged."""
     if isinstance(value, list):
         return [negative(item) for item in value]
     return value if isinstance(value, str) else 0.0 - value
 
 
 def turned(span: list[float]) -> list[float]:
-    """[lowest, highest] of speeds or frequencies."""
+    """Mirror [lowest, highest] of speeds or frequencies."""
     return negative(span[::-1])
 
 
 def reversed_order(items: list[Any]) -> list[Any]:
-    """One entry for each rotor speed, which is the negative."""
+    """Mirror a list with one entry per rotor speed, whose sign changes."""
     return items[::-1]
 
 
 def reversed_conjugates(items: list[Any]) -> list[Any]:
-    """A matrix of pairs [real, imaginary] for each rotor speed, which is the negative."""
+    """Mirror a list of matrices of pairs [real, imaginary], one per rotor speed, whose sign changes."""
     return [[[[real, 0.0 - imag] for real, imag in row] for row in matrix] for matrix in items[::-1]]
 
 
 def schedule(corners: list[list[float]]) -> list[list[float]]:
-    """[time, speed] of every corner."""
+    """Mirror the corners [time, speed] of a schedule."""
     return [[time, 0.0 - speed] for time, speed in corners]
 
 
 def by_speed(items: list[Any]) -> list[Any]:
-    """[coordinate, [[speed, [xx, xy, yx, yy], ...], ...]] of every support that follows the speed."""
+    """Mirror [coordinate, [[speed, [xx, xy, yx, yy], ...], ...]] of every speed-dependent support."""
     return [[place, [[0.0 - speed, *supports([[0, *parts]])[0][1:]] for speed, *parts in knots[::-1]]] for place, knots in items]
 
 
 def supports(items: list[Any]) -> list[Any]:
-    """[coordinate, [xx, xy, yx, yy], ...] of every support."""
+    """Mirror [coordinate, [xx, xy, yx, yy], ...] of every support."""
     return [[place, *([xx, 0.0 - xy, 0.0 - yx, yy] for xx, xy, yx, yy in parts)] for place, *parts in items]

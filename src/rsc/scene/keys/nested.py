@@ -1,4 +1,4 @@
-"""Readers of inline tables in a list, and of a quantity that may differ at both ends."""
+"""Readers of lists of inline tables, and of a quantity that may differ at the two ends of a section."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from rsc.units import DIMENSIONS
 
 
 class Item(NamedTuple):
-    """One table of a list, and the values of its keys."""
+    """One table of a list and the values of its keys."""
 
     table: Table
     values: dict[str, Any]
@@ -28,7 +28,7 @@ class Tables:
         return f"a list of tables {{{', '.join(known_keys(self.section))}}}"
 
     def read(self, table: Table, key: str, raw: object) -> tuple[Item, ...]:
-        """Every table with its values, as `read_table` gives them."""
+        """All tables with their values from `read_table`."""
         parts = as_list(raw)
         if parts is None or not self.least <= len(parts) <= MAX_COORDINATES:
             table.refuse(key, raw, self.wanted)
@@ -36,30 +36,30 @@ class Tables:
         for i, values in enumerate(parts):
             if not isinstance(values, Mapping):
                 table.refuse(f"{key}[{i}]", values, f"a table {{{', '.join(known_keys(self.section))}}}")
-            own = Table(table.file, f"{table.name}.{key}[{i}]", values, table.folder)
-            own.fastest = table.fastest
-            read.append(Item(own, read_table(self.section, own)))
+            nested = Table(table.file, f"{table.name}.{key}[{i}]", values, table.folder)
+            nested.fastest = table.fastest
+            read.append(Item(nested, read_table(self.section, nested)))
         return tuple(read)
 
 
 @dataclass(frozen=True)
 class Ends:
-    """A number, or two, at the left and at the right end; both as a pair."""
+    """A number, or two for the left and the right end; read as a pair."""
 
     item: Number
 
     @property
     def wanted(self) -> str:
         """The allowed forms in words."""
-        return f"{self.item.wanted}, or two of a cone, [left, right]"
+        return f"{self.item.wanted}, or [left, right] for a cone"
 
     def read(self, table: Table, key: str, raw: object) -> tuple[float, float]:
-        """The numbers at the left and at the right end."""
+        """The numbers at the left and right end."""
         parts = as_list(raw)
         if parts is None:
             value = self.item.read(table, key, raw)
             return value, value
         if len(parts) != 2:
-            table.refuse(key, raw, f"a number in {DIMENSIONS[self.item.dimension][0]}, or two of a cone, [left, right]")
+            table.refuse(key, raw, f"a number in {DIMENSIONS[self.item.dimension][0]}, or [left, right] for a cone")
         left, right = (self.item.read(table, f"{key}[{i}]", part) for i, part in enumerate(parts))
         return left, right

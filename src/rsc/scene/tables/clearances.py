@@ -1,4 +1,4 @@
-"""[[clearance]]: places where the machine has a gap and the model no contact, watched by runs and predictions without a force."""
+"""[[clearance]]: locations with a gap but no contact in the model, monitored by runs and predictions without any force."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -29,25 +29,25 @@ MAX_CLEARANCES = 16
 
 @dataclass(frozen=True, kw_only=True)
 class Clearance:
-    """[[clearance]]: the rotor at one place, against the ground or against a place of the stator."""
+    """[[clearance]]: a location of the rotor, relative to ground or to a location of the stator."""
 
-    name: str = declare(Name(), meaning="Its name, in answers and as `clearance.NAME.gap`.")
+    name: str = declare(Name(), meaning="Its name, in reports and as `clearance.NAME.gap`.")
     gap: float = declare(
-        Number("length", above=0.0), meaning="Radial gap there, half of the diametral clearance, of the centred rotor."
+        Number("length", above=0.0), meaning="Radial gap of the centred rotor, half the diametral clearance."
     )
     rotor_coordinate: int | None = declare(
-        Integer(0, MAX_COORDINATES), None, meaning="Number of the rotor's coordinate there, counted from 0."
+        Integer(0, MAX_COORDINATES), None, meaning="Number of the rotor coordinate, counted from 0."
     )
     rotor_node: str | None = declare(
-        PLACE, None, meaning="Node of the rotor there, of a finite-element model: it becomes one of its observers."
+        PLACE, None, meaning="Node of the rotor in a finite-element model; it becomes an observer."
     )
     stator_coordinate: int | None = declare(
-        Integer(0, MAX_COORDINATES), None, meaning="Number of the stator's coordinate there; without one the ground."
+        Integer(0, MAX_COORDINATES), None, meaning="Number of the stator coordinate; by default the ground."
     )
-    stator_node: str | None = declare(PLACE, None, meaning="Node of the stator there, of a finite-element model.")
+    stator_node: str | None = declare(PLACE, None, meaning="Node of the stator in a finite-element model.")
 
-    at: object = declare(STATION, None, meaning="Place there along a rotor of model \"shaft\".")
-    stator_at: object = declare(STATION, None, meaning="Place there along a stator of model \"shaft\".")
+    at: object = declare(STATION, None, meaning="Position along a rotor with model \"shaft\".")
+    stator_at: object = declare(STATION, None, meaning="Position along a stator with model \"shaft\".")
 
     one_of = ((("rotor_coordinate", "rotor_node", "at"), None), (("stator_coordinate", "stator_node", "stator_at"), OPTIONAL))
 
@@ -73,17 +73,17 @@ def clearance_tables(mapping: Mapping[str, Any], file: str, folder: Path | None)
 
 
 def nodes_of(tables: Sequence[Table], body: str) -> list[Any]:
-    """The nodes of "rotor" or "stator" that clearances name, as they stand in the file."""
+    """The nodes of "rotor" or "stator" in clearances, as written in the file."""
     return [table.values[f"{body}_node"] for table in tables if f"{body}_node" in table.values]
 
 
 def read_clearances(tables: Sequence[Table], elsewhere: Any, rotor: Any, stator: Any) -> tuple[Clearance, ...]:
-    """Read [[clearance]], each place checked against its body."""
+    """Read all [[clearance]] tables and check the locations against the bodies."""
     clearances: list[Clearance] = []
     for table in tables:
         values = read_table(Clearance, table, elsewhere)
         if values["name"] in [other.name for other in clearances]:
-            table.refuse("name", values["name"], "a name of its own", "another clearance has it")
+            table.refuse("name", values["name"], "a unique name", "another clearance has it")
         refuse_stations(table, values)
         for name, body in (("rotor", rotor), ("stator", stator)):
             _refuse_place(table, values, name, body)
@@ -92,12 +92,12 @@ def read_clearances(tables: Sequence[Table], elsewhere: Any, rotor: Any, stator:
 
 
 def _refuse_place(table: Table, values: dict[str, Any], name: str, body: Any) -> None:
-    """Refuse a place that a body does not have; a node becomes the name of its observer."""
+    """SceneError for a location that the body does not have; replaces a node by the name of its observer."""
     i, node = values[f"{name}_coordinate"], values[f"{name}_node"]
     if i is not None:
         if i >= body.n_coordinates:
             wanted = f"a whole number from 0 to {body.n_coordinates - 1}" if body.n_coordinates else "left out"
-            table.refuse(f"{name}_coordinate", i, wanted, "" if body.n_coordinates else f"the {name} does not move")
+            table.refuse(f"{name}_coordinate", i, wanted, "" if body.n_coordinates else f"the {name} has no coordinates")
         if i in body.tilts:
             table.refuse(f"{name}_coordinate", i, "a displacement", f"coordinate {i} is a tilt")
     if node is not None:
@@ -105,5 +105,5 @@ def _refuse_place(table: Table, values: dict[str, Any], name: str, body: Any) ->
         known = getattr(body, "observers", ())
         if one_line(node) not in known:
             wanted = "one of " + ", ".join(known) if known else "left out"
-            hint = "" if known else f"the {name} comes from no finite-element model: give {name}_coordinate"
+            hint = "" if known else f"the {name} is not a finite-element model: give {name}_coordinate"
             table.refuse(f"{name}_node", node, wanted, hint)

@@ -11,13 +11,13 @@ SYSTEMS = ("si", "metric", "us")
 
 @dataclass(frozen=True, kw_only=True)
 class Display:
-    """[report]: in which units numbers are shown; nothing that is computed or stored depends on it."""
+    """[report]: units in which numbers are shown; nothing computed or stored depends on it."""
 
     units: str = declare(
         Choice(SYSTEMS),
         "si",
         meaning="Units of tables, texts and pictures: `si` (m, N and Hz with prefixes), `metric` (um, mm, N and rpm) or `us` "
-        "(mil, in, lbf and rpm); `--units` of a command goes before it.",
+        "(mil, in, lbf and rpm); the option `--units` of a command overrides it.",
     )
 
     def to_dict(self) -> dict[str, Any]:

@@ -23,17 +23,17 @@ TRIPPED = Form((*DRIVEN.needed, "trip"), ("coast",))
 @declared_in
 @dataclass(frozen=True, kw_only=True)
 class Drive:
-    """[drive]: rotor speed over time, linear between corners; with an inertia it is that at the start, and then integrated.
+    """[drive]: rotor speed over time, linear between corners; with an inertia only the initial speed, which is then integrated.
 
-    speed : tuple of float, Hz, at every corner, at least two; duration : float, s, the time of the last corner
-    schedule : None, or of more than two corners (time in s, speed in Hz) of each
-    inertia : None or float, kg m^2; torque, coast : None or knots (speed in Hz, torque in N m), coast from the time trip, s, on
+    speed : tuple of float, Hz, at the corners, at least two; duration : float, s, time of the last corner
+    schedule : None, or with more than two corners (time in s, speed in Hz) of each
+    inertia : None or float, kg m^2; torque, coast : None or knots (speed in Hz, torque in N m), coast from time trip (s) on
     """
 
     speed: tuple[float, ...] = declare(
         Later("a speed in Hz, or [first, last]", (FREQUENCY, Listed((FREQUENCY, FREQUENCY)))),
         None,
-        meaning="Rotor speed: constant, or changing linearly from the first to the last.",
+        meaning="Rotor speed: constant, or [first, last] for a linear change.",
         mirror=mirror.negative,
     )
     duration: float = declare(Number("time", above=0.0, high=MAX_DURATION), None, meaning="Length of the run.")
@@ -44,12 +44,14 @@ class Drive:
         mirror=mirror.schedule,
     )
     inertia: float | None = declare(
-        Number("inertia", above=0.0), None, meaning="Polar inertia of all that turns; with it the speed gives way."
+        Number("inertia", above=0.0),
+        None,
+        meaning="Polar inertia of all rotating parts; makes the drive torque-limited, with the speed integrated.",
     )
     torque: tuple[tuple[float, float], ...] | None = declare(torques.TORQUE, None, meaning=torques.MEANING)
-    trip: float | None = declare(_TIME, None, meaning="When the motor trips: from then on the torque is `coast`.")
+    trip: float | None = declare(_TIME, None, meaning="Time at which the motor trips; from then on the torque is `coast`.")
     coast: tuple[tuple[float, float], ...] | None = declare(
-        torques.TORQUE, None, meaning="Torque behind the trip, as `torque`; by default none."
+        torques.TORQUE, None, meaning="Torque after the trip, like `torque`; default: none."
     )
 
     forms = (PRESCRIBED, SCHEDULE, DRIVEN, TRIPPED)
@@ -70,19 +72,19 @@ class Drive:
 
     @property
     def fastest(self) -> float:
-        """The largest magnitude of the speed in Hz, with an inertia one that the run hardly passes."""
+        """Largest |speed| in Hz; for a torque-limited drive an estimate that the run hardly exceeds."""
         largest = max(abs(speed) for speed in self.speed)
         return largest if self.inertia is None else torques.fastest(self)
 
     @property
     def covered(self) -> tuple[float, float]:
-        """Lowest and highest speed in Hz that a reduced model has to hold for, standstill among them."""
+        """Lowest and highest speed in Hz for which a reduced model must be valid, including standstill."""
         return min(0.0, *self.speed), max(0.0, *self.speed, 0.0 if self.inertia is None else self.fastest)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain content of the table."""
         content: dict[str, Any] = plain_section(self)
-        if self.schedule is not None:  # the others follow from it
+        if self.schedule is not None:  # speed and duration follow from it
             del content["speed"], content["duration"]
         elif self.inertia is not None:
             content["speed"] = self.speed[0]
@@ -98,7 +100,7 @@ def read_drive(table: Table, elsewhere: Callable[[str], str]) -> Drive:
 
 
 def _read_prescribed(table: Table, values: Values) -> None:
-    """One speed, or the first and the last one."""
+    """Read one speed, or the first and last one."""
     raw = values["speed"]
     parts = as_list(raw)
     if parts is None:
@@ -110,7 +112,7 @@ def _read_prescribed(table: Table, values: Values) -> None:
 
 
 def _read_schedule(table: Table, values: Values) -> None:
-    """Corners; two of them are a speed and a duration."""
+    """Read the corners; two of them are stored as speed and duration."""
     corners = _corners(table, values["schedule"])
     values["schedule"] = corners if len(corners) > 2 else None
     values["speed"], values["duration"] = tuple(speed for _, speed in corners), corners[-1][0]
@@ -138,5 +140,5 @@ def _read_driven(table: Table, values: Values) -> None:
     torques.read(table, values, FREQUENCY)
 
 
-# what makes the values of a drive of each of its forms
+# function that reads the values for each form of a drive
 _READERS = {PRESCRIBED: _read_prescribed, SCHEDULE: _read_schedule, DRIVEN: _read_driven, TRIPPED: _read_driven}

@@ -1,4 +1,4 @@
-"""[limits]: the speeds between which a machine may run, and where its vibration is measured."""
+"""[limits]: operating speeds of a machine, and where its vibration is measured."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,13 +13,13 @@ _SPEED = Number("frequency", above=0.0, high=1e6)
 
 @dataclass(frozen=True, kw_only=True)
 class Limits:
-    """[limits]: what `rsc limits` judges the unbalance response by."""
+    """[limits]: criteria by which `rsc limits` judges the unbalance response."""
 
     maximum_continuous: float = declare(_SPEED, meaning="Maximum continuous speed.")
     minimum: float = declare(_SPEED, None, meaning="Lowest operating speed; by default the maximum continuous speed.")
     trip: float = declare(_SPEED, None, meaning="Trip speed; by default the maximum continuous speed.")
     probe: str | None = declare(
-        Name(), None, meaning="The `[[clearance]]` at which a probe measures the rotor; by default it does so at the contact."
+        Name(), None, meaning="The `[[clearance]]` at which a probe measures the rotor; default: the contact."
     )
 
     @property
@@ -35,7 +35,7 @@ class Limits:
 
 
 def read_limits(table: Table, elsewhere: Callable[[str], str], clearances: Sequence[Clearance]) -> Limits:
-    """Read [limits]: speeds in their order, and a probe that is one of the clearances."""
+    """Read [limits] and check the order of the speeds and the name of the probe."""
     limits: Limits = read_table(Limits, table, elsewhere).made(Limits)
     lowest, highest, trip = limits.speeds
     if lowest > highest:
@@ -45,5 +45,5 @@ def read_limits(table: Table, elsewhere: Callable[[str], str], clearances: Seque
     names = [place.name for place in clearances]
     if limits.probe is not None and limits.probe not in names:
         wanted = "one of " + ", ".join(names) if names else "left out"
-        table.refuse("probe", limits.probe, wanted, "" if names else "it is the name of a [[clearance]], and there is none")
+        table.refuse("probe", limits.probe, wanted, "" if names else "it must name a [[clearance]], and there is none")
     return limits

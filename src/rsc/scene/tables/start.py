@@ -25,7 +25,7 @@ from rsc.scene.keys.keys import Sequence as ListOf
 from rsc.scene.tables.contacts import Contact
 from rsc.scene.tables.drive import FREQUENCY
 
-MAX_PENETRATION = 0.1  # of the gap
+MAX_PENETRATION = 0.1  # relative to the gap
 STATE_KEYS = ("rotor", "rotor_velocity", "stator", "stator_velocity")
 KINDS = ("rest", "centre", "running", "whirl")
 _WITH_ALL = ("impulse", "allow_penetration")
@@ -38,42 +38,44 @@ _VELOCITY = Later(_DISPLACEMENT.wanted, (ListOf(PairReader("velocity")),))
 class Start:
     """[start]: the state at time 0.
 
-    rest (in equilibrium), centre (at the bearing centre, to fall), running (the steady motion without contact) : True or None
-    whirl : None, "backward" (the stable predicted whirl with the largest amplitude) or a frequency in Hz (the
-        predicted whirl next to it).
-    rotor, rotor_velocity : tuples of n_rotor complex, m and m/s (tilts rad, rad/s); stator, stator_velocity
-        alike; zeros unless a state is given.
-    impulse : complex N s, on the rotor at its contact coordinate, on top of any of these.
+    rest (in equilibrium), centre (at the bearing centre, from where it drops), running (steady motion without contact) : True or
+        None
+    whirl : None, "backward" (the stable predicted whirl with the largest amplitude) or a frequency in Hz (the closest
+        predicted whirl)
+    rotor, rotor_velocity : tuples of n_rotor complex, m and m/s (tilts rad, rad/s); stator, stator_velocity likewise; zeros
+    unless
+        a state is given
+    impulse : complex N s, on the rotor at its contact coordinate, in addition to any of these
     """
 
     rest: bool | None = declare(
-        Flag(), None, meaning="true: everything rests in equilibrium with the load, if need be on the stator; also the default."
+        Flag(), None, meaning="true: at rest in equilibrium with the load, if need be on the stator; this is the default."
     )
     centre: bool | None = declare(
-        Flag(), None, meaning="true: everything rests undeflected, the rotor at the bearing centre, from where it falls."
+        Flag(), None, meaning="true: at rest and undeflected, with the rotor at the bearing centre, from where it drops."
     )
     running: bool | None = declare(
-        Flag(), None, meaning="true: the steady motion by unbalance and load without contact, at the first speed."
+        Flag(), None, meaning="true: steady motion due to unbalance and load without contact, at the initial speed."
     )
     whirl: str | float | None = declare(
         Later("\"backward\" or a frequency in Hz", (Choice(("backward",)), FREQUENCY)),
         None,
-        meaning="Start on a predicted whirl: the stable one of largest amplitude, or the one next to a frequency.",
+        meaning="Start on a predicted whirl: the stable one of largest amplitude, or the one closest to a frequency.",
         mirror=mirror.negative,
     )
     rotor: tuple[complex, ...] = declare(
-        _DISPLACEMENT, None, meaning="Displacements of the rotor at time 0, m (rad on a tilt)."
+        _DISPLACEMENT, None, meaning="Displacements of the rotor at time 0, m (tilts: rad)."
     )
     rotor_velocity: tuple[complex, ...] = declare(
-        _VELOCITY, None, meaning="Velocities of the rotor at time 0, m/s (rad/s on a tilt)."
+        _VELOCITY, None, meaning="Velocities of the rotor at time 0, m/s (tilts: rad/s)."
     )
     stator: tuple[complex, ...] = declare(_DISPLACEMENT, None, meaning="Displacements of the stator at time 0, m.")
     stator_velocity: tuple[complex, ...] = declare(_VELOCITY, None, meaning="Velocities of the stator at time 0, m/s.")
     impulse: complex = declare(
-        PairReader("impulse"), None, meaning="Impulse on the rotor at time 0: at its contact coordinate, on top of the start."
+        PairReader("impulse"), None, meaning="Impulse on the rotor at its contact coordinate at time 0, added to the start."
     )
     allow_penetration: bool = declare(
-        Flag(), False, meaning="Allows a start deeper in the wall than a tenth of the gap, which is refused otherwise."
+        Flag(), False, meaning="Allow a start with a penetration of more than a tenth of the gap, which is otherwise refused."
     )
 
     renamed = (("knock", "impulse"),)
@@ -86,7 +88,7 @@ class Start:
         return next((key for key in KINDS if getattr(self, key) is not None), "state")
 
     def on_whirl(self, frequency: float) -> "Start":
-        """The start on the predicted whirl next to a frequency in Hz, wherever that lies, without an impact."""
+        """The start on the predicted whirl closest to a frequency in Hz, with any penetration and without an impulse."""
         return replace(
             self, rest=None, centre=None, running=None, whirl=frequency, impulse=0j, allow_penetration=True
         )
@@ -103,7 +105,7 @@ class Start:
 
 
 def read_start(table: Table, elsewhere: Callable[[str], str], rotor: Any, stator: Any, contacts: Sequence[Contact]) -> Start:
-    """Read [start]; an absent table is a start at rest."""
+    """Read [start]; by default a start at rest."""
     values = read_table(Start, table, elsewhere)
     form_of(Start.forms, table, values)
     for key in ("rest", "centre", "running"):
@@ -125,7 +127,7 @@ def read_start(table: Table, elsewhere: Callable[[str], str], rotor: Any, stator
 
 
 def _read_state(table: Table, key: str, values: Values, body: Any) -> tuple[complex, ...]:
-    """Displacements or velocities of a body, zeros where none are given."""
+    """Displacements or velocities of a body; zeros if not given."""
     if values[key] is None:
         return (0j,) * int(body.n_coordinates)
     units = ("angular velocity", "velocity") if key.endswith("velocity") else ("angle", "length")
@@ -136,7 +138,7 @@ def _read_state(table: Table, key: str, values: Values, body: Any) -> tuple[comp
     return read
 
 
-def _read_whirl(table, raw):
+def _read_whirl(table: Table, raw: Any) -> str | float:
     if isinstance(raw, str) and raw.strip()[:1].isalpha():
         if raw != "backward":
             table.refuse("whirl", raw, "\"backward\" or a frequency in Hz")
@@ -144,8 +146,8 @@ def _read_whirl(table, raw):
     return FREQUENCY.read(table, "whirl", raw)
 
 
-def _refuse_penetration(table, start, contact):
-    """A start deep in the wall is nearly always a mistake; a whirl or a running machine is predicted later."""
+def _refuse_penetration(table: Table, start: Start, contact: Contact) -> None:
+    """SceneError for a start deep inside the wall, nearly always a mistake; whirls and steady motions are computed later."""
     if start.kind in ("whirl", "running") or start.allow_penetration:
         return
     stator = start.stator[contact.stator_coordinate] if start.stator else 0j
@@ -154,5 +156,5 @@ def _refuse_penetration(table, start, contact):
     if distance > (1.0 + MAX_PENETRATION) * contact.gap:
         wall = f"the wall of {contact.name}" if contact.name else "the wall"
         wanted = f"at most {100 * MAX_PENETRATION:g} % of the gap inside {wall}"
-        hint = f"distance {distance:.3g} m, gap {contact.gap:.3g} m; allow_penetration = true if it is meant"
+        hint = f"distance {distance:.3g} m, gap {contact.gap:.3g} m; set allow_penetration = true if intended"
         table.refuse("rotor", [plain(item) for item in start.rotor], wanted, hint)

@@ -1,6 +1,7 @@
-"""`[drive]` with a torque: knots of the torque over the speed, and how fast they let a rotor turn."""
+"""Torque-limited `[drive]`: knots of torque over speed, and the speed that the rotor can reach."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -10,25 +11,25 @@ Knots = tuple[tuple[float, float], ...]
 
 _SPEED, _TORQUE = Number("frequency", low=0.0, high=1e6), Number("torque")
 TORQUE = Later("a list of [speed in Hz, torque in N m]", (Sequence(Listed((_SPEED, _TORQUE))),))
-MEANING = "Torque of the motor less that of the load over the speed: linear between knots, constant beyond the ends."
+MEANING = "Torque of motor minus load over speed: linear between knots, constant beyond."
 
 
 def read(table: Table, values: Values, speed_reader: Number) -> None:
-    """Read the keys of a drive with a torque in place.
+    """Read the keys of a torque-limited drive, in place.
 
     Raises
     ------
     SceneError
-        More than one speed, knots out of order, or a rotor that never moves.
+        More than one speed, knots out of order, or a rotor that never starts.
     """
     if as_list(values["speed"]) is not None:
-        table.refuse("speed", values["speed"], "one number, the first speed", "with drive.torque what follows is integrated")
+        table.refuse("speed", values["speed"], "one number, the initial speed", "with drive.torque the speed is then integrated")
     first, duration, trip = speed_reader.read(table, "speed", values["speed"]), values["duration"], values["trip"]
     if first < 0.0:
-        table.refuse("speed", first, ">= 0 Hz", "a drive with a torque turns forward")
+        table.refuse("speed", first, ">= 0 Hz", "a torque-limited drive turns forward")
     torque = _read_knots(table, "torque", values["torque"])
     if first == 0.0 and torque_at(torque, 0.0) <= 0.0:
-        table.refuse("torque", values["torque"], "> 0 N m at a standstill", "the rotor would never move")
+        table.refuse("torque", values["torque"], "> 0 N m at standstill", "the rotor would never start")
     values["speed"], values["torque"] = (first, first), torque
     if trip is None:
         return
@@ -37,7 +38,7 @@ def read(table: Table, values: Values, speed_reader: Number) -> None:
     values["coast"] = ((0.0, 0.0),) if values["coast"] is None else _read_knots(table, "coast", values["coast"], 1)
 
 
-def _read_knots(table, key, raw, least=2):
+def _read_knots(table: Table, key: str, raw: Any, least: int = 2) -> Knots:
     knots = as_list(raw)
     if knots is None or len(knots) < least:
         table.refuse(key, raw, "a list of at least two knots [speed in Hz, torque in N m]")
@@ -48,7 +49,7 @@ def _read_knots(table, key, raw, least=2):
             table.refuse(f"{key}[{i}]", knot, "[speed in Hz, torque in N m]")
         made.append((_SPEED.read(table, f"{key}[{i}][0]", parts[0]), _TORQUE.read(table, f"{key}[{i}][1]", parts[1])))
         if i and not made[i][0] > made[i - 1][0]:
-            table.refuse(f"{key}[{i}][0]", made[i][0], f"more than {made[i - 1][0]:g} Hz", "knots stand in order")
+            table.refuse(f"{key}[{i}][0]", made[i][0], f"more than {made[i - 1][0]:g} Hz", "knots must be in order")
     return tuple(made)
 
 
@@ -57,8 +58,8 @@ def torque_at(knots: Knots, speed: float) -> float:
     return float(np.interp(speed, *np.array(knots).T))
 
 
-def fastest(drive) -> float:
-    """A speed in Hz that the run hardly passes: where the torque ends, or what its largest gives in the time."""
+def fastest(drive: Any) -> float:
+    """Estimate of the highest speed in Hz: where the torque vanishes, or what the largest torque achieves within the run."""
     largest = drive.speed[0]
     for knots in filter(None, (drive.torque, drive.coast)):
         speeds, torque = zip(*knots, strict=True)
