@@ -282,7 +282,8 @@ def test_the_map_and_the_text_say_alike_what_is_claimed_of_a_forward_rub():
     size, within = 2e-3 + 0.0 * speed, 0.0 * speed
     rub = RubRange(1, RubEvent(TOUCH, 79.8), RubEvent(RANGE_END, 100.0), events, speed, size, rates, mirror, within)
     bottom = branch_map(survey_of(rubs=[rub])).axes[1]
-    told = {"unstable": ("--", kinds == 0), "stable": ("-", kinds % 2 == 1), "not circular: stability not assessed": (":", kinds == 2)}
+    told = {"unstable": ("--", kinds == 0), "stable": ("-", kinds % 2 == 1)}
+    told["not circular: stability not assessed"] = (":", kinds == 2)
     for name, (style, wanted) in told.items():
         line = line_with(bottom, f"forward rub, {name}")
         drawn = np.isfinite(line.get_ydata())

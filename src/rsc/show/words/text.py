@@ -152,9 +152,9 @@ def survey_text(survey):
             f"there its normal force is {place.ratio:.4f} of the other's (mirror share {place.mirror_share:.2g})"
         )
     for rub in survey.rubs:
-        state = stable_stretches(rub)
+        state, ends = stable_stretches(rub), f"{cause_text(rub.begin.cause)} to {cause_text(rub.end.cause)}"
         lines.append(
-            f"forward rub {_span(rub.begin.speed, rub.end.speed)} Hz ({cause_text(rub.begin.cause)} to {cause_text(rub.end.cause)}), {state}, "
+            f"forward rub {_span(rub.begin.speed, rub.end.speed)} Hz ({ends}), {state}, "
             f"|r|/gap up to {rub.amplitude.max() / gap:.4f}"
         )
     for label, delay in survey.delays.items():
