@@ -42,7 +42,7 @@ class DriveData(NamedTuple):
     weight: tuple  # N m, real and imaginary part of w, () without gravity or unbalance
 
 
-class Drive(NamedTuple):
+class PackedDrive(NamedTuple):
     """The drive in Constants: vectors as registers."""
 
     unbalance: object
@@ -60,7 +60,7 @@ class Drive(NamedTuple):
     weight: tuple  # (real, imaginary part), () if absent
 
 
-class Line(NamedTuple):
+class TorqueLine(NamedTuple):
     """Torque a + b Omega, N m, between two speeds in rad/s."""
 
     a: float
@@ -71,11 +71,11 @@ class Line(NamedTuple):
 
 @static
 def drive_of(data, width):
-    """The Drive of a DriveData; () for ()."""
+    """The PackedDrive of a DriveData; () for ()."""
     if is_none(data):
         return ()
     unbalance, euler = vec.load(data.unbalance, width), vec.load(data.euler, width)
-    return Drive(
+    return PackedDrive(
         unbalance, vec.times_i(unbalance), euler, vec.times_i(euler), vec.load(data.spin, width), _knots_of(data.knots),
         data.mass, data.inertia, 1.0 / data.inertia, data.size, 1.0 / data.size, data.least, data.weight,
     )  # fmt: skip
@@ -103,7 +103,7 @@ def torque_in(torques, i):
 
 @inlined
 def line_at(table, omega, rising):
-    """The Line of a segment's torque at a speed; at a knot the one above if the speed is rising, else the one below."""
+    """The TorqueLine of a segment's torque at a speed; at a knot the one above if the speed is rising, else the one below."""
     base, first, end = table
     i = first
     while i < end and (vec.number_at(base, 3 * i) < omega or (rising and vec.number_at(base, 3 * i) == omega)):
@@ -111,9 +111,9 @@ def line_at(table, omega, rising):
     low = vec.number_at(base, 3 * i - 3) if i > first else -1e300
     high = vec.number_at(base, 3 * i) if i < end else 1e300
     if i == first:
-        return Line(vec.number_at(base, 3 * i + 1), 0.0, low, high)
+        return TorqueLine(vec.number_at(base, 3 * i + 1), 0.0, low, high)
     slope = vec.number_at(base, 3 * i - 1)
-    return Line(vec.number_at(base, 3 * i - 2) - slope * low, slope, low, high)
+    return TorqueLine(vec.number_at(base, 3 * i - 2) - slope * low, slope, low, high)
 
 
 @unrolled

@@ -1,8 +1,8 @@
 """The loop over steps: error control, ending steps on contact switches, output between steps, status.
 
 Saving, chunks and checkpoints never change a step: samples are interpolated inside accepted steps, and `Work` holds all that the
-next step depends on. Inside the loop all of it is in local values (`Tally`, `Contact`, `State`); the arrays of `Work` are read
-and written once, because Numba counts references wherever an array is passed to a helper.
+next step depends on. Inside the loop all of it is in local values (`Tally`, `ContactState`, `State`); the arrays of `Work` are
+read and written once, because Numba counts references wherever an array is passed to a helper.
 """
 
 from typing import NamedTuple
@@ -42,7 +42,7 @@ from rsc.kernel.simd.static import static
 from rsc.kernel.step import attempt, error_square, size_square
 from rsc.kernel.switches import EPS, Path, may_leave_inside, search, slope_of_rate
 from rsc.kernel.tally import (
-    Output,
+    SampleRows,
     book,
     count_rejected,
     count_switch,
@@ -70,7 +70,7 @@ class State(NamedTuple):
     rate_slopes: tuple  # p'' of each, see `switches.slope_of_rate`
 
 
-class Contact(NamedTuple):
+class ContactState(NamedTuple):
     """State of a contact and its force law."""
 
     normal: int
@@ -81,7 +81,7 @@ class Contact(NamedTuple):
 class Contacts(NamedTuple):
     """The state of all contacts."""
 
-    each: tuple  # `Contact` of each contact
+    each: tuple  # `ContactState` of each contact
     near_limit: float  # s, steps longer than this count as near the stability limit
 
 
@@ -100,11 +100,11 @@ class Progress(NamedTuple):
 
 @static
 def _contacts_in(contacts, states):
-    """The Contact of each contact for given (normal, friction) states."""
+    """The ContactState of each contact for given (normal, friction) states."""
     if is_none(contacts):
         return ()
     normal, friction = states[0]
-    return (Contact(normal, friction, law_of(contacts[0], normal, friction)),) + _contacts_in(contacts[1:], states[1:])
+    return (ContactState(normal, friction, law_of(contacts[0], normal, friction)),) + _contacts_in(contacts[1:], states[1:])
 
 
 @static
@@ -335,7 +335,7 @@ def _put_away(work, start, contacts, h):
 def walk(con, corners, where, stretch, progress, method, budget):
     """Attempt at most `budget` steps, plus those that locating a switch takes.
 
-    where: Output; stretch: Stretch of each contact. Returns (code, calls of the right-hand side made by steps, Progress).
+    where: SampleRows; stretch: Stretch of each contact. Returns (code, calls of the right-hand side made by steps, Progress).
     """
     start, contacts, h, tally, segment, i_segment, sample, finite = progress
     sample_time, end = sample / con.sample_rate, vec.number_at(corners.time, corners.count - 1)
@@ -405,8 +405,8 @@ def march(model, work, out, rows, width, method, budget):
     corners = corners_of(model)
     tally, segment = load_tally(con, work, width), segment_of(corners, i_segment)
     progress = Progress(start, contacts, work.real[H], tally, segment, i_segment, first, True)
-    forces = 3 * len(con.contacts)
-    where = Output(vec.address(out), out.shape[1], out.shape[1] - forces - len(width), out.shape[1] - forces, first, out.shape[0])
+    motion = out.shape[1] - 3 * len(con.contacts)
+    where = SampleRows(vec.address(out), out.shape[1], motion - len(width), motion, first, out.shape[0])
     stretch = stretches_of(model, work, rows)
     code, calls, progress = walk(con, corners, where, stretch, progress, method, budget)
     mark_all(stretch, progress.tally, progress.start)

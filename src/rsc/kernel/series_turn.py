@@ -6,14 +6,14 @@ speed of a torque-limited drive (drive.py) is a coordinate, whose coefficients a
 
 from typing import NamedTuple
 
-from rsc.kernel.simd.emit import Value, fma, pair_of, product
+from rsc.kernel.simd.emit import Emitted, fma, pair_of, product
 
 
-class Braked(NamedTuple):
+class BrakedSeries(NamedTuple):
     """Coefficients of the torques that brake a drive, times h."""
 
-    friction: Value  # N m, mu sigma F_N d_R/2 of all contacts
-    others: Value  # N m, torque of the contact rings minus that of rotating damping
+    friction: Emitted  # N m, mu sigma F_N d_R/2 of all contacts
+    others: Emitted  # N m, torque of the contact rings minus that of rotating damping
 
 
 class Prescribed:
@@ -108,7 +108,7 @@ class Driven:
     def given_way(self, a, k, v, braked):
         """Add unbalance and Omega' to accelerations a, h/(k + 1) times coefficient k. Appends the next coefficient of Omega.
 
-        braked : Braked, h times coefficient k of the braking torques
+        braked : BrakedSeries, h times coefficient k of the braking torques
         """
         drive, con, part = self.drive, self.con, 1.0 / (k + 1)
         twice = product(self.omega, self.once, k) * (self.h * part)

@@ -214,7 +214,7 @@ def count_switch(tally, inside, each, new):
     return Tally(t.work, t.contact_times, t.steps, t.rejected, switches, onsets, releases, t.limited, t.stiff)
 
 
-class Output(NamedTuple):
+class SampleRows(NamedTuple):
     """Destination of samples, one row each: x, v if it is saved, and for every contact normal force, friction force, tangential
     velocity."""
 
@@ -252,7 +252,7 @@ def _turn_for_all(contacts, clock, tau, state):
 
 @inlined
 def save_samples(con, laws, where, sample, path, end, method):
-    """Write all samples inside a step, from number `sample` on, to an Output; returns the number of the next one."""
+    """Write all samples inside a step, from number `sample` on, to an SampleRows; returns the number of the next one."""
     start, h = path.clock, path.h
     dense = dense_of(path, method)
     time = sample / con.sample_rate

@@ -13,7 +13,7 @@ from dataclasses import fields, replace
 from typing import Any, Protocol
 
 from rsc.errors import SceneError, one_line, shown
-from rsc.scene.keys.keys import Later, Number, PairReader, Polar, PolarReader, Sequence, Table, plain
+from rsc.scene.keys.keys import Later, Number, PairReader, Polar, PolarReader, RawTable, Sequence, plain
 
 EVERY = "contact.*"
 # parts of an eccentricity with separate names, in the order of `PolarReader.items`, and their meaning
@@ -23,7 +23,7 @@ POLAR = {
 }
 
 
-class Tables(Protocol):
+class SceneTables(Protocol):
     """The parts of a `rsc.scene.scene.Scene` used here."""
 
     @property
@@ -36,7 +36,7 @@ class Tables(Protocol):
     def table_name(self, name: str, dotted: object, value: object = None) -> str: ...
 
 
-def at_contacts(scene: Tables, name: str) -> list[str]:
+def at_contacts(scene: SceneTables, name: str) -> list[str]:
     """The names of a value at every contact if it starts with `contact.*`; else the name itself."""
     if not name.startswith(f"{EVERY}."):
         return [name]
@@ -44,7 +44,7 @@ def at_contacts(scene: Tables, name: str) -> list[str]:
     return [table + name.removeprefix(EVERY) for table in tables]
 
 
-def each_contact(scene: Tables, values: Mapping[str, Any]) -> dict[str, Any]:
+def each_contact(scene: SceneTables, values: Mapping[str, Any]) -> dict[str, Any]:
     """Values with `contact.*` expanded to every contact; SceneError if a value is given twice."""
     each: dict[str, Any] = {}
     for name, value in values.items():
@@ -55,7 +55,7 @@ def each_contact(scene: Tables, values: Mapping[str, Any]) -> dict[str, Any]:
     return each
 
 
-def whole_keys(scene: Tables, values: Mapping[str, Any]) -> dict[str, Any]:
+def whole_keys(scene: SceneTables, values: Mapping[str, Any]) -> dict[str, Any]:
     """The same values with amounts and angles replaced by whole keys.
 
     Raises
@@ -77,7 +77,7 @@ def whole_keys(scene: Tables, values: Mapping[str, Any]) -> dict[str, Any]:
     return whole
 
 
-def polar_name(scene: Tables, name: str) -> tuple[str, str, str] | None:
+def polar_name(scene: SceneTables, name: str) -> tuple[str, str, str] | None:
     """(table, key, "amount" or "angle") of the name of an amount or angle; None for any other name."""
     dotted, _, word = name.rpartition(".")
     table, _, key = dotted.rpartition(".")
@@ -100,7 +100,7 @@ def polar_readers(section: type, key: str) -> dict[str, Number]:
     return {}
 
 
-def leading(scene: Tables, table: str, key: str) -> Polar:
+def leading(scene: SceneTables, table: str, key: str) -> Polar:
     """The leading eccentricity of a key (a single one even if zero); SceneError if there is none."""
     polars = polars_of(scene, table, key)
     if isinstance(polars, Polar):
@@ -112,7 +112,7 @@ def leading(scene: Tables, table: str, key: str) -> Polar:
     raise SceneError(scene.source, f"{table}.{key}", plain(polars), "other than zero at some displacement", hint)
 
 
-def polars_of(scene: Tables, table: str, key: str) -> Polar | tuple[Polar | complex, ...]:
+def polars_of(scene: SceneTables, table: str, key: str) -> Polar | tuple[Polar | complex, ...]:
     """Value of a key of amounts and angles: one Polar, or one per coordinate; unbalances are complex numbers."""
     kind, _, name = table.partition(".")
     section = next(item for item in scene.contacts if name in ("", item.name)) if kind == "contact" else getattr(scene, kind)
@@ -120,7 +120,7 @@ def polars_of(scene: Tables, table: str, key: str) -> Polar | tuple[Polar | comp
     return polars
 
 
-def pairs_of(scene: Tables, table: str, key: str) -> list[Any]:
+def pairs_of(scene: SceneTables, table: str, key: str) -> list[Any]:
     """[amount, angle] of a key of amounts and angles, or a list of them per coordinate; empty for any other key."""
     if not polar_readers(scene.section(table), key):
         return []
@@ -135,9 +135,9 @@ def _polar(value: Polar | complex) -> Polar:
     return value if isinstance(value, Polar) else Polar(abs(value), math.degrees(cmath.phase(value)))
 
 
-def _changed(scene: Tables, table: str, key: str, wanted: Mapping[str, Any]) -> Any:
+def _changed(scene: SceneTables, table: str, key: str, wanted: Mapping[str, Any]) -> Any:
     """Plain content of a key of amounts and angles with a new leading amount, angle or both."""
-    readers, section = polar_readers(scene.section(table), key), Table(scene.source, table, {})
+    readers, section = polar_readers(scene.section(table), key), RawTable(scene.source, table, {})
     lead, polars = leading(scene, table, key), polars_of(scene, table, key)
     numbers = {word: readers[word].read(section, f"{key}.{word}", raw) for word, raw in wanted.items()}
     if isinstance(polars, Polar):

@@ -25,10 +25,10 @@ from rsc.simulation.races import with_races
 from rsc.simulation.sliding import signed
 from rsc.simulation.stiffness import fastest, resolved_angle
 from rsc.simulation.stretches import stretch_length
-from rsc.system.system import Law
+from rsc.system.system import ContactLaw
 
 # kind of spring for each class of contact law
-SPRINGS = {Law: springs.Linear}
+SPRINGS = {ContactLaw: springs.Linear}
 # off-diagonal entries below this fraction of the diagonal are rounding, not physics
 ROUNDING = 1e-12
 # corrections of modes, each of which squares the error, and the largest entry of a valid correction
@@ -38,7 +38,7 @@ SLOWEST = 1e-4
 
 
 @dataclass(frozen=True)
-class Modes:
+class RealModes:
     """Real modes of one body: r = shape @ x, every x a length; x = inverse @ r."""
 
     shape: np.ndarray  # (n, n)
@@ -48,7 +48,8 @@ class Modes:
 
     def rounded(self):
         """These modes in double precision."""
-        return Modes(*(np.asarray(part, dtype=float) for part in (self.shape, self.inverse, self.stiffness)), self.reference_mass)
+        parts = (np.asarray(part, dtype=float) for part in (self.shape, self.inverse, self.stiffness))
+        return RealModes(*parts, self.reference_mass)
 
 
 @dataclass(frozen=True)
@@ -56,8 +57,8 @@ class Packed:
     """A Model with the transformations between the kernel's and the scene's coordinates."""
 
     model: kernel.Model
-    rotor: Modes
-    stator: Modes
+    rotor: RealModes
+    stator: RealModes
     method: tuple  # selects the method in the kernel
 
     @property
@@ -320,9 +321,9 @@ def _modes(mass, stiffness, contact):
     """Modes of one body, normalised to the reference mass; diagonal matrices keep their coordinates."""
     n = mass.shape[0]
     if n == 0:
-        return Modes(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0), 1.0)
+        return RealModes(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0), 1.0)
     if n == 1:  # the usual case in ensembles of small scenes
-        return Modes(np.ones((1, 1)), np.ones((1, 1)), stiffness[0] / mass[0], float(mass[0, 0]))
+        return RealModes(np.ones((1, 1)), np.ones((1, 1)), stiffness[0] / mass[0], float(mass[0, 0]))
     c = int(contact.argmax())
     reference = float(mass[c, c])
     relative = mass / reference
@@ -333,13 +334,13 @@ def _modes(mass, stiffness, contact):
         omega2, shape = _refined(stiffness / reference, relative, scipy.linalg.eigh(stiffness / reference, relative)[1])
         # the zero of a rigid-body mode is computed as rounding of either sign
         omega2 = np.where(np.abs(omega2) < ROUNDING * np.abs(omega2).max(), 0.0, omega2)
-    return Modes(shape, shape.T @ relative, omega2, reference)
+    return RealModes(shape, shape.T @ relative, omega2, reference)
 
 
 def _with_mass(modes, mass):
     """The same modes normalised to another mass in kg."""
     size = np.sqrt(mass / modes.reference_mass)
-    return Modes(modes.shape * size, modes.inverse / size, modes.stiffness, mass)
+    return RealModes(modes.shape * size, modes.inverse / size, modes.stiffness, mass)
 
 
 def _refined(stiffness, mass, shape):

@@ -11,7 +11,7 @@ from rsc.errors import SceneError
 from rsc.system import knots as knot_tables
 from rsc.system.body import Body
 from rsc.system.knots import FOLLOWING, Knots
-from rsc.system.system import Clearance, Contact, Drive, Law, System
+from rsc.system.system import ContactLaw, System, SystemClearance, SystemContact, SystemDrive
 
 Reals = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -64,12 +64,12 @@ def assemble(scene: SceneLike) -> System:
     return replace(system, drive=replace(system.drive, weight=_weight(scene.rotor, system.rotor.unbalance_euler)))
 
 
-def _drive(table: Any) -> Drive:
-    """The Drive of a scene's torque-limited [drive]."""
+def _drive(table: Any) -> SystemDrive:
+    """The SystemDrive of a scene's torque-limited [drive]."""
     tables = (table.torque,) if table.trip is None else (table.torque, table.coast)
     torques = tuple(_frozen(np.array(curve) * (2.0 * np.pi, 1.0)) for curve in tables)
     ends = (table.duration,) if table.trip is None else (table.trip, table.duration)
-    return Drive(table.inertia, torques, ends, 2.0 * np.pi * table.fastest)
+    return SystemDrive(table.inertia, torques, ends, 2.0 * np.pi * table.fastest)
 
 
 def _weight(rotor: Any, unbalance: Complexes) -> complex:
@@ -87,10 +87,10 @@ def _refuse_light(scene: SceneLike, inertia: float, least: float) -> None:
         raise SceneError(getattr(scene, "source", ""), "drive.inertia", inertia, wanted, hint)
 
 
-def _contact(contact: Any, rotor: Any, stator: Any) -> Contact:
-    """The Contact of one [contact] table between two bodies of the scene."""
-    return Contact(
-        law=Law(**{item.name: getattr(contact, item.name) for item in fields(Law)}),
+def _contact(contact: Any, rotor: Any, stator: Any) -> SystemContact:
+    """The SystemContact of one [contact] table between two bodies of the scene."""
+    return SystemContact(
+        law=ContactLaw(**{item.name: getattr(contact, item.name) for item in fields(ContactLaw)}),
         gap=contact.gap,
         rotor=_frozen(contact.of_rotor(np.eye(rotor.n_coordinates))),
         stator=_frozen(_unit_vector(stator.n_coordinates, contact.stator_coordinate) * (not contact.in_rotor)),
@@ -101,10 +101,10 @@ def _contact(contact: Any, rotor: Any, stator: Any) -> Contact:
     )
 
 
-def _clearance(place: Any, rotor: Any, stator: Any) -> Clearance:
-    """The Clearance of a scene's [[clearance]], with the rows of both bodies."""
+def _clearance(place: Any, rotor: Any, stator: Any) -> SystemClearance:
+    """The SystemClearance of a scene's [[clearance]], with the rows of both bodies."""
     rows = _row(rotor, place.rotor_coordinate, place.rotor_node), _row(stator, place.stator_coordinate, place.stator_node)
-    return Clearance(place.name, place.gap, *map(_frozen, rows))
+    return SystemClearance(place.name, place.gap, *map(_frozen, rows))
 
 
 def _row(body: Any, coordinate: int | None, node: Any) -> Reals:

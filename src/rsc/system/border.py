@@ -10,7 +10,7 @@ from math import tau as TWO_PI
 
 import numpy as np
 
-from rsc.system.system import Contact, System
+from rsc.system.system import System, SystemContact
 
 DEEPEST = 1.0  # penetration over clearance; deeper contacts are not elastic
 WIDEST = 1.0  # |r| over the shaft radius at the contact: the shaft axis would leave the bore
@@ -70,6 +70,6 @@ def border_of(
     )
 
 
-def mass_at(system: System, contact: Contact) -> float:
+def mass_at(system: System, contact: SystemContact) -> float:
     """Effective mass in kg at a contact, 1/(l^T M^-1 l)."""
     return 1.0 / float(contact.rotor @ np.linalg.solve(system.rotor.mass, contact.rotor))

@@ -15,7 +15,7 @@ ROUNDING = 1e-9  # relative to the largest damping of a body: negative damping s
 
 
 @dataclass(frozen=True, eq=False)
-class Law:
+class ContactLaw:
     """Contact force law in penetration p, its rate and the slip velocity (physics.md section 2); scalars, or (n,) in a stack."""
 
     stiffness: float  # N/m, k_C
@@ -29,10 +29,10 @@ class Law:
 
 
 @dataclass(frozen=True, eq=False)
-class Contact:
+class SystemContact:
     """One place where rotor and stator may touch: d = l_R . r_R - l_S . r_S + ring e^{i phi} - offset."""
 
-    law: Law
+    law: ContactLaw
     gap: float  # m, nominal radial gap s
     rotor: NDArray[np.float64]  # (N,) l_R
     stator: NDArray[np.float64]  # (M,) l_S
@@ -57,7 +57,7 @@ def only_one(contacts: Sequence[Any]) -> Any:
 
 
 @dataclass(frozen=True, eq=False)
-class Clearance:
+class SystemClearance:
     """A monitored location: |rotor . r_R - stator . r_S| is compared with the gap but causes no force. In a stack gap and rows
     have a leading axis."""
 
@@ -68,7 +68,7 @@ class Clearance:
 
 
 @dataclass(frozen=True, eq=False)
-class Drive:
+class SystemDrive:
     """Torque-limited drive, J phi'' = T(phi') less the torques that brake the rotor (physics.md); T is linear between its knots,
     (k, 2) of phi' in rad/s and N m, and constant beyond."""
 
@@ -100,16 +100,16 @@ class System:
 
     rotor: Body  # N coordinates
     stator: Body  # M coordinates, no gyroscopics, loaded by the contact alone
-    contacts: tuple[Contact, ...]
+    contacts: tuple[SystemContact, ...]
     schedule_time: NDArray[np.float64]  # (n,) s, corners of the speed schedule, strictly increasing
     schedule_speed: NDArray[np.float64]  # (n,) rad/s at the corners, linear between them
-    clearances: tuple[Clearance, ...] = ()
-    drive: Drive | None = None  # torque-limited drive, whose speed is integrated; the schedule is then the constant initial speed
+    clearances: tuple[SystemClearance, ...] = ()
+    drive: SystemDrive | None = None  # torque-limited: the speed is integrated and the schedule its constant start
 
     @property
-    def contact(self) -> Contact:
+    def contact(self) -> SystemContact:
         """The only contact, centred on the bearing; SolverError if there are several or it has an offset."""
-        only: Contact = only_one(self.contacts)
+        only: SystemContact = only_one(self.contacts)
         if np.any(only.offset):
             raise SolverError("contact.offset: this is implemented only for a stator centred on the bearing")
         return only
@@ -122,7 +122,7 @@ class System:
         return replace(self, rotor=rotor, stator=stator, contacts=(contact,))
 
     @property
-    def law(self) -> Law:
+    def law(self) -> ContactLaw:
         """The law of the contact."""
         return self.contact.law
 
@@ -248,14 +248,15 @@ class System:
 
 
 def _each(change: Any, *contacts: Any) -> Any:
-    """A Contact (or Clearance) whose fields are made by `change` from those of the given ones; it has the name of the first."""
+    """A SystemContact (or SystemClearance) whose fields are made by `change` from those of the given ones; it has the name of
+    the first."""
     made = {}
     for item in fields(contacts[0]):
         values = [getattr(contact, item.name) for contact in contacts]
         if isinstance(values[0], str):
             made[item.name] = values[0]
         else:
-            made[item.name] = _each(change, *values) if isinstance(values[0], Law) else change(*values)
+            made[item.name] = _each(change, *values) if isinstance(values[0], ContactLaw) else change(*values)
     return type(contacts[0])(**made)
 
 
@@ -276,7 +277,7 @@ def stacked(systems: Sequence[System]) -> System:
     Raises
     ------
     SolverError
-        Contact laws of different classes, which have different constants.
+        SystemContact laws of different classes, which have different constants.
     """
     laws = sorted({type(contact.law).__name__ for system in systems for contact in system.contacts})
     if len(laws) > 1:

@@ -467,7 +467,7 @@ def test_a_balance_grade_is_an_eccentricity_at_the_largest_speed(model):
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (graded("laval", (0.0, 0.0)), "rotor.eccentricity = 'G 6.3': must be .*for a rotor that turns a balance grade such as \"G 6.3\""),
+        (graded("laval", (0.0, 0.0)), "rotor.eccentricity = 'G 6.3': must be .*that turns a balance grade such as \"G 6.3\""),
         (graded("laval", (0.0, 1.0), eccentricity="G six"), "rotor.eccentricity = 'G six': must be .* a balance grade"),
         (graded("matrices", (0.0, 1.0), eccentricity=[0.0, "G 6.3"]), r"rotor.eccentricity\[1\] = 'G 6.3'"),
     ],

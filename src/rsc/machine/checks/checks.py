@@ -15,7 +15,7 @@ import scipy.sparse
 import scipy.sparse.linalg
 
 from rsc.errors import DataError
-from rsc.machine.model.model import Model
+from rsc.machine.model.model import FiniteElementModel
 
 SYMMETRIC = 1e-8  # largest difference across the diagonal, relative to the largest entry
 _COUNTED = 20_000  # coordinates up to which the pivots of a sparse matrix are counted
@@ -151,7 +151,7 @@ def largest_of_rows(matrix: Any) -> Any:
     return largest.toarray().ravel() if scipy.sparse.issparse(largest) else largest
 
 
-def plausible(model: Model, frequency: float) -> None:
+def plausible(model: FiniteElementModel, frequency: float) -> None:
     """DataError for a model that looks like millimetres and tonnes, or whose units are inconsistent.
 
     Parameters

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 
-from rsc.machine.formats.entries import BadMatrix, Lines
+from rsc.machine.formats.entries import BadMatrix, TextLines
 
 EXPONENT = re.compile(rb"([\d.])([+-]\d)")  # an exponent without its letter: 1.5-3
 _CONTINUES = (b"+", b"*", b" ", b",")
@@ -18,7 +18,7 @@ def cards(content: bytes, names: Sequence[bytes], most: int, too_many: str) -> I
         An entry has more than `most` fields; the message is `too_many`.
     """
     name, card = None, []
-    for line in Lines(content):
+    for line in TextLines(content):
         line = line.split(b"$", 1)[0].rstrip()
         if not line.strip():
             continue

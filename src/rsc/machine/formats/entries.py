@@ -45,7 +45,7 @@ class Budgeted(dict):
         super().__setitem__(name, matrix)
 
 
-class Lines:
+class TextLines:
     """Iterator over the lines of a text (bytes), without line ends."""
 
     def __init__(self, content: bytes) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rsc.machine.formats.entries import BadMatrix, Lines, check_shape, numbers, sparse, whole
+from rsc.machine.formats.entries import BadMatrix, TextLines, check_shape, numbers, sparse, whole
 
 _TYPE = re.compile(rb"([RCIPQ])([SUHZR])([AE])\s", re.IGNORECASE)
 _FIELD = re.compile(rb"(\d*)\s*[IEDFG](\d+)", re.IGNORECASE)  # e.g. (16I5) or (1P,4D20.12)
@@ -24,7 +24,7 @@ def recognises(head: bytes) -> bool:
 
 def read(content: bytes, stem: str) -> dict[str, Any]:
     """The sparse matrix of the file, under the name of the file."""
-    lines = Lines(content)
+    lines = TextLines(content)
     header = [lines.next() for _ in range(4)]
     counts = whole(numbers(header[1]), 0, len(content), "a number of lines")
     kind: Any = _TYPE.match(header[2])
@@ -68,7 +68,7 @@ def _apart(text: bytes, per_line: int, width: int, length: int) -> Any:
     """Numbers of a text with `per_line` fields of equal width on every line."""
     if not (0 < width <= 80 and 0 < per_line * width <= _LONGEST) or len(text) < length:
         raise BadMatrix("it is too short, or its formats do not fit its lines")
-    lines, parts, count = iter(Lines(text)), [np.zeros(0)], 0
+    lines, parts, count = iter(TextLines(text)), [np.zeros(0)], 0
     while count < length and (some := list(itertools.islice(lines, _TOGETHER))):
         cells = b"".join(line[: per_line * width].ljust(per_line * width) for line in some)
         fields = np.full((len(some) * per_line, width + 1), ord(" "), np.uint8)  # a space after every field

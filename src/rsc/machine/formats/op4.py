@@ -13,7 +13,17 @@ from typing import Any
 
 import numpy as np
 
-from rsc.machine.formats.entries import MOST_BYTES, MOST_NUMBERS, BadMatrix, Budgeted, Lines, check_shape, numbers, sparse, whole
+from rsc.machine.formats.entries import (
+    MOST_BYTES,
+    MOST_NUMBERS,
+    BadMatrix,
+    Budgeted,
+    TextLines,
+    check_shape,
+    numbers,
+    sparse,
+    whole,
+)
 
 _HEADER = re.compile(rb" *\d+ *-?\d+ +\d+ +[1-4][A-Z][\w ]{0,7}((1P,)?\d*[ED]\d+\.\d+)?(\|I16)? *\r?$", re.IGNORECASE)
 _FORMAT = re.compile(rb"(?:1P,)?(\d*)[ED](\d+)\.\d+", re.IGNORECASE)
@@ -36,7 +46,7 @@ def recognises_binary(head: bytes) -> bool:
 
 def read(content: bytes, most: int = MOST_BYTES) -> dict[str, Any]:
     """All real matrices of the file, name -> scipy.sparse.csc_array; `most`: limit of bytes in total."""
-    lines, matrices = Lines(content), Budgeted(most)
+    lines, matrices = TextLines(content), Budgeted(most)
     for line in lines:
         if not line.strip():
             break
@@ -58,7 +68,7 @@ def _integers(text: bytes, count: int, width: int = 8) -> list[int]:
 class _Numbers:
     """The numbers of one matrix, in fixed-width fields without separators, `per_line` on a line."""
 
-    def __init__(self, lines: Lines, per_line: int, width: int) -> None:
+    def __init__(self, lines: TextLines, per_line: int, width: int) -> None:
         self._lines, self._per_line, self._width = lines, per_line, width
 
     def next(self, count: int) -> Any:
@@ -95,7 +105,7 @@ class _Runs:
         return rows, np.repeat(columns, lengths), np.array(self._values)
 
 
-def _matrix(header: bytes, lines: Lines) -> tuple[str, Any]:
+def _matrix(header: bytes, lines: TextLines) -> tuple[str, Any]:
     """(name, matrix) from a header and the following lines; the matrix is None if complex."""
     header = header.rstrip()
     width = 16 if header.endswith(b"|I16") else 8
@@ -128,7 +138,7 @@ def _matrix(header: bytes, lines: Lines) -> tuple[str, Any]:
     return name, sparse(i, j, values, (rows, columns), int(half))
 
 
-def _strings(lines: Lines, fields: _Numbers, words: int, form: tuple[int, bool, int]) -> Iterator[tuple[int, Any]]:
+def _strings(lines: TextLines, fields: _Numbers, words: int, form: tuple[int, bool, int]) -> Iterator[tuple[int, Any]]:
     """(row, values) of the strings of a sparse column.
 
     form : (words per number: 1, or 2 if double; whether BIGMAT; width of integers)

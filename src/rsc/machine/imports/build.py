@@ -1,4 +1,4 @@
-"""Builds a `Model` from real matrices and their coordinate table, with all checks of the matrices."""
+"""Builds a `FiniteElementModel` from real matrices and their coordinate table, with all checks of the matrices."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -14,7 +14,7 @@ from rsc.machine.formats import Matrix
 from rsc.machine.imports.casing import one_direction
 from rsc.machine.imports.complex_form import DECOUPLED, Pairs, coupling, fold, pairs
 from rsc.machine.imports.coordinates import Coordinates
-from rsc.machine.model.model import TILT, Model
+from rsc.machine.model.model import TILT, FiniteElementModel
 
 _MOST_DENSE = 3000  # coordinates; larger matrices become sparse
 _FIXED = 1e30  # N/m: diagonal entry that Abaqus gives a constrained coordinate
@@ -36,7 +36,7 @@ def rotor_model(
     units: str | None = None,
     speed: float | None = None,
     free: bool = False,
-) -> Model:
+) -> FiniteElementModel:
     """Model of a rotor with its bearings.
 
     Parameters
@@ -91,7 +91,7 @@ def stator_model(
     contact: int | str,
     band: float,
     units: str | None = None,
-) -> Model:
+) -> FiniteElementModel:
     """Model of a stator: complex coordinates if x and y are not coupled with other directions, else a single direction
     (casing.py).
 
@@ -197,7 +197,7 @@ def _left_out(places: Pairs) -> tuple[str, ...]:
     return (f"{places.others.size} coordinates of other directions are left out, being uncoupled.",)
 
 
-def _folded(matrices: Any, places: Pairs, coordinates: Coordinates, source: str) -> Model:
+def _folded(matrices: Any, places: Pairs, coordinates: Coordinates, source: str) -> FiniteElementModel:
     """The Model in complex coordinates, with all parts checked."""
     parts = {name: fold(matrix, places) for name, matrix in matrices.items()}
     zero = 0.0 * parts["mass"].real
@@ -210,7 +210,7 @@ def _folded(matrices: Any, places: Pairs, coordinates: Coordinates, source: str)
         for name in ("damping", "stiffness")
         if name in parts and abs(parts[name].imaginary).max() > 0.0
     }
-    return Model(
+    return FiniteElementModel(
         source=source,
         node=places.node,
         kind=places.kind,

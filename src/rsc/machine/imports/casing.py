@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from rsc.errors import DataError
 from rsc.machine.formats import Matrix
 from rsc.machine.imports.coordinates import Coordinates
-from rsc.machine.model.model import DISPLACEMENT, OTHER, TILT, Model
+from rsc.machine.model.model import DISPLACEMENT, OTHER, TILT, FiniteElementModel
 
 ALIKE = 0.01  # largest difference of both directions at the contact, relative to their mean
 # relative change of the receptances at which the series of motions ends; largest number of its terms per force
@@ -31,7 +31,7 @@ _KINDS = {"x": DISPLACEMENT, "ry": TILT, "y": OTHER, "rx": OTHER, "other": OTHER
 
 def one_direction(
     matrices: dict[str, Matrix], coordinates: Coordinates, source: str, seen: tuple[int | str, float], solve: Solver
-) -> Model:
+) -> FiniteElementModel:
     """Model that uses every real coordinate once, after comparing both directions at the contact.
 
     Parameters
@@ -50,7 +50,7 @@ def one_direction(
         frequencies up to the end of the band, or a force in x moves it in y by more.
     """
     (contact, band), zero = seen, 0.0 * matrices["mass"]
-    model = Model(
+    model = FiniteElementModel(
         source=source,
         node=coordinates.node,
         kind=np.array([_KINDS[direction] for direction in coordinates.direction.tolist()]),
@@ -78,10 +78,12 @@ def one_direction(
             f"receptance at {where:.4g} Hz; such a stator can be used only if they agree within {100 * ALIKE:.0f} %",
         )
     note = f"x is used for both directions; at node {node} they differ by at most {100 * worst:.2g} % up to {band:g} Hz."
-    return Model(**{**vars(model), "notes": (note,)})
+    return FiniteElementModel(**{**vars(model), "notes": (note,)})
 
 
-def receptances(model: Model, rows: NDArray[np.int64], frequencies: NDArray[np.float64], solve: Solver) -> ComplexArray:
+def receptances(
+    model: FiniteElementModel, rows: NDArray[np.int64], frequencies: NDArray[np.float64], solve: Solver
+) -> ComplexArray:
     """Displacements of some coordinates for a unit force at each, (frequencies, n, n), m/N, at frequencies in Hz.
 
     From the motions K^-1 f, K^-1 M K^-1 f, ..., which match the receptances and their derivatives at zero frequency, until more

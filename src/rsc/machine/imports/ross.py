@@ -20,7 +20,7 @@ from rsc.machine.formats import read_matrices
 from rsc.machine.imports.build import rotor_model
 from rsc.machine.imports.coordinates import Coordinates
 from rsc.machine.model.following import over_speed
-from rsc.machine.model.model import Model
+from rsc.machine.model.model import FiniteElementModel
 
 _NODE = ("x", "y", "other", "rx", "ry", "other")
 _SUPPORT = ("x", "y", "other")
@@ -30,7 +30,7 @@ _ROLES = {"mass": "M", "stiffness": "K", "damping": "C", "gyroscopic": "G"}
 
 def from_ross(
     rotor: Any, speed: float = 0.0, frequency: float | None = None, *, speeds: Sequence[float] | None = None
-) -> Model:
+) -> FiniteElementModel:
     """Model of a ROSS rotor.
 
     Parameters
@@ -87,7 +87,7 @@ def from_ross(
     return replace(model, diameter=diameter, names=names, notes=notes)
 
 
-def _over_speeds(rotor: Any, frequency: float | None, speeds: list[float]) -> Model:
+def _over_speeds(rotor: Any, frequency: float | None, speeds: list[float]) -> FiniteElementModel:
     if frequency is None and any(map(_is_magnetic, getattr(rotor, "bearing_elements", ()))):
         problem = "coefficients of a magnetic bearing depend on the vibration frequency, not the rotor speed; give a frequency"
         raise DataError("ROSS rotor", problem)
@@ -126,7 +126,7 @@ def _taken(magnetic: Any, speed: float, frequency: float | None) -> tuple[str, .
 
 def read_ross_over_speed(
     paths: Sequence[str | os.PathLike[str]], speeds: Sequence[float], free: bool = False
-) -> Model:
+) -> FiniteElementModel:
     """Model with speed-dependent coefficients, from files of `rotor.save_mat` at increasing rotor speeds in Hz.
 
     Raises
@@ -140,7 +140,7 @@ def read_ross_over_speed(
     return over_speed([read_ross(path, speed, free) for path, speed in zip(paths, speeds, strict=True)])
 
 
-def read_ross(path: str | os.PathLike[str], speed: float | None = None, free: bool = False) -> Model:
+def read_ross(path: str | os.PathLike[str], speed: float | None = None, free: bool = False) -> FiniteElementModel:
     """Model from the file of ROSS's `rotor.save_mat(file, speed)`.
 
     Parameters
@@ -200,7 +200,7 @@ def _refuse_beyond(tables: Any, source: str) -> None:
             raise DataError(source, f"bearing {words}; give a speed")
 
 
-def _model(matrices: Any, position: list[float], source: str, speed: float | None, free: bool = False) -> Model:
+def _model(matrices: Any, position: list[float], source: str, speed: float | None, free: bool = False) -> FiniteElementModel:
     size, n_nodes = matrices["mass"].shape[0], len(position)
     n_supports, left = divmod(size - 6 * n_nodes, 3)
     if left or n_supports < 0:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rsc.errors import DataError
-from rsc.machine.model.model import Model
+from rsc.machine.model.model import FiniteElementModel
 from rsc.system.knots import FOLLOWING, Knots
 
 MOST_KNOTS = 100
@@ -16,7 +16,7 @@ _SAME = 1e-9  # relative to the largest entry: smaller changes of a matrix count
 _CONSTANT = {"mass": "mass", "gyroscopic": "gyroscopic", "anisotropic_mass": "mass", "rotating_damping": "rotating damping"}
 
 
-def over_speed(models: Sequence[Model]) -> Model:
+def over_speed(models: Sequence[FiniteElementModel]) -> FiniteElementModel:
     """The first model with knots: coefficients equal those of the models at their speeds and are linear in between.
 
     Raises

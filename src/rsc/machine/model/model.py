@@ -16,7 +16,7 @@ DISPLACEMENT, TILT, OTHER = "displacement", "tilt", "other"
 
 
 @dataclass(frozen=True)
-class Model:
+class FiniteElementModel:
     """Finite-element matrices of one body in SI units.
 
     With complex coordinates z (u = x + i y, and tilts phi = ry - i rx = u') and the speed Omega in rad/s
@@ -75,7 +75,7 @@ class Model:
         """Lowest rotor speed in Hz at which coefficients are given; 0 if they have none."""
         return float(self.knots.speed[0]) / (2.0 * np.pi) if self.knots is not None else self.speed or 0.0
 
-    def at_speed(self, speed: float) -> "Model":
+    def at_speed(self, speed: float) -> "FiniteElementModel":
         """The model at a rotor speed in Hz, with constant matrices; rotating damping becomes damping and skew stiffness."""
         Omega, model = 2.0 * np.pi * speed, self
         if self.knots is not None:

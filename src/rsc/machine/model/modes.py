@@ -8,7 +8,7 @@ import scipy.sparse
 import scipy.sparse.linalg
 
 from rsc.errors import DataError
-from rsc.machine.model.model import Model
+from rsc.machine.model.model import FiniteElementModel
 
 FEW = 300  # number of coordinates up to which all modes are computed
 _STILL = 1e-6  # relative to |lambda|: smaller imaginary parts are rounding
@@ -28,12 +28,12 @@ class ModelMode(NamedTuple):
             return float(-np.float64(self.growth_rate) / abs(self.frequency))
 
 
-def slowest_modes(model: Model, speed: float, count: int) -> list[ModelMode]:
+def slowest_modes(model: FiniteElementModel, speed: float, count: int) -> list[ModelMode]:
     """The modes of `slowest_shapes` without their vectors."""
     return [mode for mode, _ in slowest_shapes(model, speed, count)]
 
 
-def slowest_shapes(model: Model, speed: float, count: int) -> list[tuple[ModelMode, Any]]:
+def slowest_shapes(model: FiniteElementModel, speed: float, count: int) -> list[tuple[ModelMode, Any]]:
     """The lowest modes of a model at a rotor speed in Hz, by |lambda|, lambda = growth_rate + 2 pi i frequency, each with its
     vector of the n coordinates z, or if anisotropic of z and its conjugate (2n).
 
@@ -72,7 +72,7 @@ def _few(mass: Any, damping: Any, stiffness: Any) -> tuple[Any, Any]:
     return values[np.isfinite(values)], vectors[:, np.isfinite(values)]
 
 
-def _many(model: Model, matrices: Any, count: int) -> tuple[Any, Any]:
+def _many(model: FiniteElementModel, matrices: Any, count: int) -> tuple[Any, Any]:
     mass, damping, stiffness = (scipy.sparse.csc_array(matrix) for matrix in matrices)
     size = mass.shape[0]
     typical = np.sqrt(np.median(np.abs(stiffness.diagonal())) / np.median(np.abs(mass.diagonal())[mass.diagonal() != 0.0]))

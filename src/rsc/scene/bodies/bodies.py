@@ -38,8 +38,8 @@ from rsc.scene.keys.keys import (
     Number,
     Polar,
     PolarReader,
+    RawTable,
     Sequence,
-    Table,
     declare,
     per_coordinate,
 )
@@ -110,7 +110,7 @@ class _Chain(BodyModel):
         return _links(self.dampings)
 
     @staticmethod
-    def resolve(values: Any, table: Table) -> None:
+    def resolve(values: Any, table: RawTable) -> None:
         """Check list lengths; dampings default to zeros."""
         count = len(values["masses"])
         if not 0 < count <= MAX_COORDINATES:
@@ -121,7 +121,7 @@ class _Chain(BodyModel):
             _refuse_other_links(values, table, key)
 
 
-def _refuse_other_links(values: Any, table: Table, key: str) -> None:
+def _refuse_other_links(values: Any, table: RawTable, key: str) -> None:
     """SceneError unless there is one number for each spring of a chain."""
     count = len(values["masses"])
     if values[key] is not None and len(values[key]) != count + 1:
@@ -179,7 +179,7 @@ class _Matrices(BodyModel):
         return self.damping
 
     @staticmethod
-    def resolve(values: Any, table: Table) -> None:
+    def resolve(values: Any, table: RawTable) -> None:
         """Check sizes, symmetry and definiteness; damping and gyroscopic default to zeros."""
         count = len(values["mass"])
         for key in ("damping", "gyroscopic"):
@@ -278,7 +278,7 @@ class DiskRotor(LoadedRotor):
         return np.array([complex(self.eccentricity), complex(self.angular_eccentricity)])
 
     @staticmethod
-    def resolve(values: Any, table: Table) -> None:
+    def resolve(values: Any, table: RawTable) -> None:
         """Check the inertias, stiffness and damping of a disk."""
         if values["polar_inertia"] > 2.0 * values["diametral_inertia"] * (1.0 + 1e-9):
             wanted = "at most 2 diametral_inertia, the value for a thin disk"
@@ -304,7 +304,7 @@ class ChainRotor(LoadedRotor, _Chain):
     one_of = _Chain.one_of + LOAD_GROUP
 
     @staticmethod
-    def resolve(values: Any, table: Table) -> None:
+    def resolve(values: Any, table: RawTable) -> None:
         """Check the lists of a chain; a single eccentricity applies to all masses."""
         _Chain.resolve(values, table)
         raw = values["eccentricity"]
@@ -346,7 +346,7 @@ class MatricesRotor(LoadedRotor, _Matrices):
         return self.tilt_coordinates or ()
 
     @staticmethod
-    def resolve(values: Any, table: Table) -> None:
+    def resolve(values: Any, table: RawTable) -> None:
         """Check the matrices, and read the eccentricity of every coordinate in m or (tilts) rad."""
         _Matrices.resolve(values, table)
         count, tilts = len(values["mass"]), values["tilt_coordinates"] or ()
@@ -363,7 +363,7 @@ class MatricesRotor(LoadedRotor, _Matrices):
         _refuse_unknown_tilts(values, table)
 
 
-def _refuse_unknown_tilts(values: Any, table: Table) -> None:
+def _refuse_unknown_tilts(values: Any, table: RawTable) -> None:
     """SceneError if an eccentric gyroscopic coordinate may be a tilt: its unbalance is (M - G) eps, of a displacement M eps."""
     if values["tilt_coordinates"] is not None:
         return
@@ -392,7 +392,7 @@ class LavalStator(_Laval):
     """[stator] model = "laval": one elastically held ring."""
 
     @staticmethod
-    def resolve(values: Any, table: Table) -> None:
+    def resolve(values: Any, table: RawTable) -> None:
         """Check that the ring has a stiffness."""
         if values["stiffness"] == 0.0:
             table.refuse("stiffness", 0.0, "> 0 N/m", "the stator must be supported")
@@ -403,7 +403,7 @@ class ChainStator(_Chain):
     """[stator] model = "chain": masses in a row."""
 
     @staticmethod
-    def resolve(values: Any, table: Table) -> None:
+    def resolve(values: Any, table: RawTable) -> None:
         """Check the lists of a chain; each mass must be connected to a wall."""
         _Chain.resolve(values, table)
         springs = values["stiffnesses"]
@@ -418,21 +418,21 @@ class MatricesStator(_Matrices):
     """[stator] model = "matrices": any symmetric stator."""
 
     @staticmethod
-    def resolve(values: Any, table: Table) -> None:
+    def resolve(values: Any, table: RawTable) -> None:
         """Check the matrices; the stator must not have rigid-body motions."""
         _Matrices.resolve(values, table)
         if not is_definite(values["stiffness"], strictly=True):
             table.refuse("stiffness", values["stiffness"], "positive definite", "the stator must be supported")
 
 
-def _refuse_feeding_shaft(values: Any, table: Table) -> None:
+def _refuse_feeding_shaft(values: Any, table: RawTable) -> None:
     """SceneError unless rotating damping dissipates energy in the deformation of the shaft."""
     matrix = values["rotating_damping"]
     if matrix is not None and not is_definite(matrix, strictly=False):
         table.refuse("rotating_damping", matrix, "positive semidefinite")
 
 
-def _refuse_indefinite_stiffness(values: Any, table: Table) -> None:
+def _refuse_indefinite_stiffness(values: Any, table: RawTable) -> None:
     if not is_definite(values["stiffness"], strictly=False):
         hint = "it is statically unstable"
         table.refuse("stiffness", values["stiffness"], "positive semidefinite", hint)

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from rsc.scene.keys.keys import MAX_COORDINATES, Integer, Later, Listed, Number, Sequence, Table, as_list, per_coordinate
+from rsc.scene.keys.keys import MAX_COORDINATES, Integer, Later, Listed, Number, RawTable, Sequence, as_list, per_coordinate
 
 SPEED = Number("frequency", low=-1e6, high=1e6)
 _FOUR = Sequence(Number("stiffness")), Sequence(Number("damping"))
@@ -15,7 +15,7 @@ MEANING = "Bearings and seals with speed-dependent coefficients: linear between 
 _LEAST = "a list of at least two knots [speed, stiffness, damping]"
 
 
-def read_by_speed(table: Table, raw: object, body: Any) -> tuple[Any, ...]:
+def read_by_speed(table: RawTable, raw: object, body: Any) -> tuple[Any, ...]:
     """((coordinate, ((speed, four stiffnesses, four dampings), ...)), ...) of `supports_by_speed`, speeds in Hz.
 
     Raises
@@ -29,7 +29,7 @@ def read_by_speed(table: Table, raw: object, body: Any) -> tuple[Any, ...]:
     return tuple(_read_support(table, f"supports_by_speed[{i}]", item, body) for i, item in enumerate(items))
 
 
-def _read_support(table: Table, key: str, item: Any, body: Any) -> tuple[Any, ...]:
+def _read_support(table: RawTable, key: str, item: Any, body: Any) -> tuple[Any, ...]:
     parts = as_list(item)
     if parts is None or len(parts) != 2:
         table.refuse(key, item, "[coordinate, knots]")
@@ -44,7 +44,7 @@ def _read_support(table: Table, key: str, item: Any, body: Any) -> tuple[Any, ..
     return place, made
 
 
-def read_place(table: Table, key: str, raw: Any, body: Any) -> int:
+def read_place(table: RawTable, key: str, raw: Any, body: Any) -> int:
     """Number of a coordinate; SceneError unless it is a displacement."""
     place = Integer(0, body.n_coordinates - 1).read(table, key, raw)
     if place in body.tilts:
@@ -52,7 +52,7 @@ def read_place(table: Table, key: str, raw: Any, body: Any) -> int:
     return place
 
 
-def _read_knot(table: Table, key: str, raw: Any) -> tuple[Any, ...]:
+def _read_knot(table: RawTable, key: str, raw: Any) -> tuple[Any, ...]:
     parts = as_list(raw)
     if parts is None or len(parts) not in (2, 3):
         table.refuse(key, raw, "[speed, [k_xx, k_xy, k_yx, k_yy], [c_xx, c_xy, c_yx, c_yy]]")

@@ -18,7 +18,7 @@ from rsc.scene.bodies.by_speed import read_by_speed, read_place
 from rsc.scene.bodies.reduced import MachineRotor, MachineStator, ReducedRotor, ReducedStator
 from rsc.scene.bodies.shaft_keys import ShaftRotor, ShaftStator
 from rsc.scene.files.matrix_files import is_definite
-from rsc.scene.keys.keys import Number, PairReader, Table, as_list, nearest, per_coordinate, read_table
+from rsc.scene.keys.keys import Number, PairReader, RawTable, as_list, nearest, per_coordinate, read_table
 from rsc.system.assemble import elastic_stiffness
 
 DAMPING_KEYS = ("damping_ratio", "damping", "dampings", "rayleigh")
@@ -27,7 +27,7 @@ _STATORS = (RigidStator, LavalStator, ChainStator, MatricesStator, ShaftStator, 
 STATORS = {item.model: item for item in _STATORS}
 
 
-def read_body(models: Mapping[str, Any], table: Table, elsewhere: Any) -> Any:
+def read_body(models: Mapping[str, Any], table: RawTable, elsewhere: Any) -> Any:
     """Read [rotor] or [stator] according to its `model`.
 
     Parameters
@@ -74,7 +74,7 @@ def read_body(models: Mapping[str, Any], table: Table, elsewhere: Any) -> Any:
     return body
 
 
-def _read_supports(table: Table, raw: Any, body: Any) -> tuple[Any, ...]:
+def _read_supports(table: RawTable, raw: Any, body: Any) -> tuple[Any, ...]:
     """Read supports as ((coordinate, four stiffnesses, four dampings), ...)."""
     supports = []
     items = as_list(raw)
@@ -91,7 +91,7 @@ def _read_supports(table: Table, raw: Any, body: Any) -> tuple[Any, ...]:
     return tuple(supports)
 
 
-def _refuse_pushing_supports(table: Table, body: Any) -> None:
+def _refuse_pushing_supports(table: RawTable, body: Any) -> None:
     """SceneError for supports with negative stiffness that make the body statically unstable."""
     is_held = table.name == "stator"
     if not is_definite(elastic_stiffness(body), strictly=is_held):
@@ -99,7 +99,7 @@ def _refuse_pushing_supports(table: Table, body: Any) -> None:
         table.refuse("supports", body.supports, f"{wanted} in every direction")
 
 
-def _refuse_negative_damping(values: Any, table: Table) -> None:
+def _refuse_negative_damping(values: Any, table: RawTable) -> None:
     """SceneError for negative damping without allow_negative_damping."""
     if values.get("allow_negative_damping"):
         return

@@ -14,7 +14,7 @@ import numpy as np
 from rsc.scene.bodies.body_model import LOAD, MASS, BodyModel, RotorModel
 from rsc.scene.files.matrix_files import MatrixReader, is_definite, refuse_asymmetric
 from rsc.scene.keys import mirror
-from rsc.scene.keys.keys import Flag, Integer, Keyed, Later, Listed, Number, PairReader, Sequence, Table, Text, declare
+from rsc.scene.keys.keys import Flag, Integer, Keyed, Later, Listed, Number, PairReader, RawTable, Sequence, Text, declare
 from rsc.system.knots import ANISOTROPIC, FOLLOWING
 
 NODE = Integer(-(10**9), 10**9)
@@ -184,7 +184,7 @@ class _Reduced(BodyModel):
         return self.damping
 
     @staticmethod
-    def resolve(values: Any, table: Table) -> None:
+    def resolve(values: Any, table: RawTable) -> None:
         """Check the matrices; there must be no rigid-body motion."""
         count = len(values["stiffness"])
         for key in ("stiffness", "damping", "skew_stiffness", "skew_damping", "gyroscopic"):
@@ -247,7 +247,7 @@ class ReducedRotor(_Reduced, RotorModel):
         return self.knot_speeds, {name: part for name, part in parts.items() if part is not None}
 
     @staticmethod
-    def resolve(values: Any, table: Table) -> None:
+    def resolve(values: Any, table: RawTable) -> None:
         """Check the matrices, including those of the knots, and the unbalance."""
         _Reduced.resolve(values, table)
         count = len(values["stiffness"])
@@ -258,7 +258,7 @@ class ReducedRotor(_Reduced, RotorModel):
             table.refuse("unbalance", values["unbalance"], f"a list of {count} pairs")
 
 
-def _refuse_other_knots(values: Any, table: Table, count: int) -> None:
+def _refuse_other_knots(values: Any, table: RawTable, count: int) -> None:
     """Check that knots have increasing speeds, a symmetric matrix for each, and a positive definite stiffness."""
     speeds = values["knot_speeds"]
     if speeds is not None and (len(speeds) < 2 or any(not b > a for a, b in itertools.pairwise(speeds))):

@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rsc.scene.bodies.shafts import Stations
-from rsc.scene.keys.keys import Table
+from rsc.scene.keys.keys import RawTable
 
 KEYS = {"rotor": "at", "stator": "stator_at"}
 
 
-def with_nodes(tables: Sequence[Table], name: str, stations: Stations) -> list[Table]:
+def with_nodes(tables: Sequence[RawTable], name: str, stations: Stations) -> list[RawTable]:
     """The tables with positions along the shaft "rotor" or "stator" replaced by nodes.
 
     The diameter of a contact defaults to that of the shaft or disk there.
@@ -30,12 +30,12 @@ def with_nodes(tables: Sequence[Table], name: str, stations: Stations) -> list[T
             values[node] = stations.node(table, key, table.values[key])
             if name == "rotor" and table.name.startswith("contact"):
                 values.setdefault("diameter", stations.shaft.diameter_at(stations.shaft.places[values[node]]))
-            table = Table(table.file, table.name, values, table.folder)
+            table = RawTable(table.file, table.name, values, table.folder)
         made.append(table)
     return made
 
 
-def refuse_stations(table: Table, values: Mapping[str, Any]) -> None:
+def refuse_stations(table: RawTable, values: Mapping[str, Any]) -> None:
     """SceneError for a position along a body that is not a shaft (for shafts it has been replaced by a node)."""
     for name, key in KEYS.items():
         if values[key] is not None:

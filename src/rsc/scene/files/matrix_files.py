@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 
 from rsc.errors import DataError, one_line
-from rsc.scene.keys.keys import MAX_COORDINATES, Number, Table, as_list
+from rsc.scene.keys.keys import MAX_COORDINATES, Number, RawTable, as_list
 from rsc.units import LARGEST, SMALLEST
 
 MAX_FILE_BYTES = 64 * 2**20
@@ -34,7 +34,7 @@ class MatrixReader:
             return f"a {len(self.entries)} x {len(self.entries)} matrix as nested lists"
         return "a square matrix as nested lists, or a .npz, .mat or .mtx file"
 
-    def read(self, table: Table, key: str, raw: Any) -> tuple[tuple[float, ...], ...]:
+    def read(self, table: RawTable, key: str, raw: Any) -> tuple[tuple[float, ...], ...]:
         """The matrix as a tuple of rows."""
         if isinstance(raw, str) and not self.entries:
             return read_matrix_file(table, key, raw)
@@ -56,7 +56,7 @@ class MatrixReader:
         )
 
 
-def read_matrix_file(table: Table, key: str, name: str) -> tuple[tuple[float, ...], ...]:
+def read_matrix_file(table: RawTable, key: str, name: str) -> tuple[tuple[float, ...], ...]:
     """Read one square matrix from a file.
 
     Parameters
@@ -109,7 +109,7 @@ def _problem_of(matrix: Any, matrices: Mapping[str, Any]) -> str:
     return ""
 
 
-def refuse_asymmetric(table: Table, key: str, rows: Any, size: int | None = None) -> None:
+def refuse_asymmetric(table: RawTable, key: str, rows: Any, size: int | None = None) -> None:
     """SceneError for a matrix that is not symmetric within 1e-9 of its largest entry, or not of the given size."""
     matrix = np.array(rows)
     if size is not None and len(rows) != size:

@@ -25,7 +25,7 @@ MAX_COORDINATES = 1000
 LONGEST_NAME = 40
 
 
-class Table:
+class RawTable:
     """One table of a scene being read; its errors name file and key.
 
     Parameters
@@ -77,7 +77,7 @@ class Values(dict):
     """The values of the declared keys of one table, each of which must be used: by its name, or by the class made from all of
     them. A key that is accepted but never used would silently have no effect, which is a bug of rsc."""
 
-    def __init__(self, table: Table, values: dict[str, Any]) -> None:
+    def __init__(self, table: RawTable, values: dict[str, Any]) -> None:
         super().__init__(values)
         self._table, self._untaken = table, {key for key in values if key in table.values}
 
@@ -112,7 +112,7 @@ def _hint(section: type, key: str, names: tuple[str, ...], elsewhere: Callable[[
     return hint
 
 
-def read_table(section: type, table: Table, elsewhere: Callable[[str], str] | None = None) -> Values:
+def read_table(section: type, table: RawTable, elsewhere: Callable[[str], str] | None = None) -> Values:
     """Read the declared keys of a section class from a table.
 
     Parameters
@@ -121,7 +121,7 @@ def read_table(section: type, table: Table, elsewhere: Callable[[str], str] | No
         Dataclass with fields made by `declare`; an optional attribute ``one_of`` lists groups
         ``(names, default)`` of keys that exclude each other; default is None (one must be given), OPTIONAL or
         (name, value); ``renamed`` has pairs (old key, new key).
-    table : Table
+    table : RawTable
         The raw table.
     elsewhere : callable, optional
         ``elsewhere(key) -> str`` says where an unknown key would be valid ("" if nowhere).
@@ -163,7 +163,7 @@ def read_table(section: type, table: Table, elsewhere: Callable[[str], str] | No
     return Values(table, values)
 
 
-def _title(section: type, table: Table) -> str:
+def _title(section: type, table: RawTable) -> str:
     model = getattr(section, "model", None)
     return f"[{table.name}]" + (f" with model \"{model}\"" if model else "")
 
@@ -192,7 +192,7 @@ class Number:
         signs = (">", self.above), (">=", self.low), ("<", self.below), ("<=", self.high)
         return tuple((sign, bound) for sign, bound in signs if bound is not None)
 
-    def read(self, table: Table, key: str, raw: Any) -> float:
+    def read(self, table: RawTable, key: str, raw: Any) -> float:
         """The number in SI."""
         try:
             number = quantity(raw, self.dimension)
@@ -219,7 +219,7 @@ class Eccentricity(Number):
         """The allowed forms in words."""
         return f"{super().wanted}, or for a rotor that turns a balance grade such as \"G 6.3\""
 
-    def read(self, table: Table, key: str, raw: Any) -> float:
+    def read(self, table: RawTable, key: str, raw: Any) -> float:
         """The length in m."""
         length = eccentricity_of_grade(raw, table.fastest) if isinstance(raw, str) else None
         if length is None and isinstance(raw, str) and raw.strip().startswith("G"):
@@ -239,7 +239,7 @@ class Integer:
         """The allowed range in words."""
         return f"a whole number from {self.low} to {self.high}"
 
-    def read(self, table: Table, key: str, raw: Any) -> int:
+    def read(self, table: RawTable, key: str, raw: Any) -> int:
         """The number as int."""
         whole = isinstance(raw, numbers.Integral) and not isinstance(raw, bool)
         if not whole and isinstance(raw, float) and raw.is_integer():
@@ -255,7 +255,7 @@ class Flag:
 
     wanted = "true or false"
 
-    def read(self, table: Table, key: str, raw: Any) -> bool:
+    def read(self, table: RawTable, key: str, raw: Any) -> bool:
         """The flag as bool."""
         if not isinstance(raw, (bool, np.bool_)):
             table.refuse(key, raw, self.wanted)
@@ -273,7 +273,7 @@ class Choice:
         """The allowed names in words."""
         return "one of " + ", ".join(f"\"{name}\"" for name in self.names)
 
-    def read(self, table: Table, key: str, raw: Any) -> str:
+    def read(self, table: RawTable, key: str, raw: Any) -> str:
         """The name."""
         if not isinstance(raw, str) or raw not in self.names:
             table.refuse(key, raw, self.wanted, nearest(raw, self.names) if isinstance(raw, str) else "")
@@ -286,7 +286,7 @@ class Text:
 
     wanted = "a text of 1 to 500 characters"
 
-    def read(self, table: Table, key: str, raw: Any) -> str:
+    def read(self, table: RawTable, key: str, raw: Any) -> str:
         """The text."""
         if not isinstance(raw, str) or not 0 < len(raw) <= 500 or "\0" in raw or not _is_unicode(raw):
             table.refuse(key, raw, self.wanted)
@@ -305,7 +305,7 @@ class Name:
     wanted = f"a name of at most {LONGEST_NAME} letters, digits and _ that starts with a letter"
     pattern = rf"[A-Za-z][A-Za-z0-9_]{{0,{LONGEST_NAME - 1}}}"
 
-    def read(self, table: Table, key: str, raw: Any) -> str:
+    def read(self, table: RawTable, key: str, raw: Any) -> str:
         """The name."""
         if not isinstance(raw, str) or not re.fullmatch(self.pattern, raw):
             table.refuse(key, raw, self.wanted)
@@ -323,7 +323,7 @@ class Sequence:
         """The allowed list in words."""
         return f"a list, each item {self.item.wanted}"
 
-    def read(self, table: Table, key: str, raw: Any) -> tuple[Any, ...]:
+    def read(self, table: RawTable, key: str, raw: Any) -> tuple[Any, ...]:
         """A tuple of the items."""
         parts = as_list(raw)
         if parts is None:
@@ -341,7 +341,7 @@ class Later:
     wanted: str
     forms: tuple
 
-    def read(self, table: Table, key: str, raw: Any) -> Any:
+    def read(self, table: RawTable, key: str, raw: Any) -> Any:
         """The raw value, unchecked."""
         return raw
 
@@ -394,7 +394,7 @@ class PolarReader:
         """The readers of amount and angle."""
         return Number(self.dimension), Number("angle in degrees", low=-1e6, high=1e6)
 
-    def read(self, table: Table, key: str, raw: Any) -> Polar:
+    def read(self, table: RawTable, key: str, raw: Any) -> Polar:
         """A Polar."""
         parts = as_list(raw)
         if parts is None:
@@ -436,7 +436,7 @@ class PairReader:
         """The allowed form in words."""
         return f"a pair [y, z] in {DIMENSIONS[self.dimension][0]}"
 
-    def read(self, table: Table, key: str, raw: Any) -> complex:
+    def read(self, table: RawTable, key: str, raw: Any) -> complex:
         """The complex number y + i z."""
         parts = as_list(raw)
         if parts is None or len(parts) != 2:
@@ -445,7 +445,7 @@ class PairReader:
         return complex(number.read(table, f"{key}[0]", parts[0]), number.read(table, f"{key}[1]", parts[1]))
 
 
-def per_coordinate(table: Table, key: str, raw: Any, readers: Any) -> tuple[Any, ...]:
+def per_coordinate(table: RawTable, key: str, raw: Any, readers: Any) -> tuple[Any, ...]:
     """Read a list with one entry per coordinate, each with its own reader (a tilt is an angle)."""
     parts = as_list(raw)
     if parts is None or len(parts) != len(readers):

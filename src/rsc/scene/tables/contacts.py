@@ -24,7 +24,7 @@ from rsc.scene.keys.keys import (
     PairReader,
     Polar,
     PolarReader,
-    Table,
+    RawTable,
     as_list,
     declare,
     plain,
@@ -132,10 +132,10 @@ class Contact:
         return content
 
 
-def read_contacts(tables: Sequence[Table], elsewhere: Any, rotor: Any, stator: Any, drive: Any) -> tuple[Contact, ...]:
+def read_contacts(tables: Sequence[RawTable], elsewhere: Any, rotor: Any, stator: Any, drive: Any) -> tuple[Contact, ...]:
     """Read all [[contact]] tables; several must have unique names."""
     contacts = tuple(_read_contact(table, elsewhere, rotor, stator, drive) for table in tables)
-    seen: dict[str | None, Table] = {}
+    seen: dict[str | None, RawTable] = {}
     for table, contact in zip(tables, contacts, strict=True):
         if contact.name is None and len(contacts) > 1:
             table.refuse("name", None, "given: with several contacts each needs a name")
@@ -147,7 +147,7 @@ def read_contacts(tables: Sequence[Table], elsewhere: Any, rotor: Any, stator: A
     return contacts
 
 
-def _read_contact(table: Table, elsewhere: Any, rotor: Any, stator: Any, drive: Any) -> Contact:
+def _read_contact(table: RawTable, elsewhere: Any, rotor: Any, stator: Any, drive: Any) -> Contact:
     """Read one contact: computes damping from a ratio and checks coordinates and time scale against the bodies."""
     values = read_table(Contact, table, elsewhere)
     for name in ("rotor", "stator"):  # in a machine nodes have been replaced by coordinates
@@ -184,7 +184,7 @@ def _read_contact(table: Table, elsewhere: Any, rotor: Any, stator: Any, drive: 
     return values.made(Contact)
 
 
-def _read_race(table: Table, values: Any) -> None:
+def _read_race(table: RawTable, values: Any) -> None:
     """Check that a race has a diameter, and race drag a race."""
     if values["race_inertia"] is not None:
         if values["diameter"] is None:
@@ -194,7 +194,7 @@ def _read_race(table: Table, values: Any) -> None:
         table.refuse("race_drag", values["race_drag"], "left out", "it needs contact.race_inertia")
 
 
-def _gap_of_diameters(table: Table, values: Any) -> float:
+def _gap_of_diameters(table: RawTable, values: Any) -> float:
     """Radial gap from two diameters; that of the stator must be larger by at least a millionth."""
     inner, outer = values["diameter"], values["stator_diameter"]
     if inner is None:
@@ -205,7 +205,7 @@ def _gap_of_diameters(table: Table, values: Any) -> float:
     return gap
 
 
-def _contact_mass(values: Any, table: Table, rotor: Any, stator: Any) -> float:
+def _contact_mass(values: Any, table: RawTable, rotor: Any, stator: Any) -> float:
     """Reduced mass in kg of the two contacting coordinates (from diagonal entries)."""
     masses, read = [], []
     places: Any = as_list(values["rotor_coordinate"])
@@ -248,7 +248,7 @@ def touches_itself(mapping: Mapping[str, Any]) -> bool:
     )
 
 
-def contact_tables(content: list[Any], file: str, folder: Path | None) -> list[Table]:
+def contact_tables(content: list[Any], file: str, folder: Path | None) -> list[RawTable]:
     """The [[contact]] tables, named for messages."""
     if not 0 < len(content) <= MAX_CONTACTS:
         raise SceneError(file, "contact", f"{len(content)} tables", f"one to {MAX_CONTACTS} tables [[contact]]")
@@ -256,8 +256,8 @@ def contact_tables(content: list[Any], file: str, folder: Path | None) -> list[T
         if not isinstance(values, Mapping):
             raise SceneError(file, f"contact[{i}]", shown(values), "a table [[contact]]")
     if len(content) == 1:
-        return [Table(file, "contact", content[0], folder)]
+        return [RawTable(file, "contact", content[0], folder)]
     names = [values.get("name") for values in content]
     unique = [isinstance(name, str) and bool(re.fullmatch(Name.pattern, name)) and names.count(name) == 1 for name in names]
     heads = [f"contact.{name}" if good else f"contact[{i}]" for i, (name, good) in enumerate(zip(names, unique, strict=True))]
-    return [Table(file, *parts, folder) for parts in zip(heads, content, strict=True)]
+    return [RawTable(file, *parts, folder) for parts in zip(heads, content, strict=True)]

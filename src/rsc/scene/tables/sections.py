@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any
 
-from rsc.scene.keys.keys import Choice, Flag, Integer, Number, Table, declare, plain_section, read_table
+from rsc.scene.keys.keys import Choice, Flag, Integer, Number, RawTable, declare, plain_section, read_table
 
 METHODS = ("rk45", "taylor8", "auto")
 # methods in older results, whose scenes must remain readable, and their replacements
@@ -43,7 +43,7 @@ class Output:
         return content if self.velocities else {"rate": content["rate"]}
 
 
-def read_output(table: Table, elsewhere: Any, drive: Any) -> Output:
+def read_output(table: RawTable, elsewhere: Any, drive: Any) -> Output:
     """Read [output]; the default rate is 2000 Hz, or four samples per turn if that is more."""
     values = read_table(Output, table, elsewhere)
     least = 4.0 * drive.fastest
@@ -54,7 +54,7 @@ def read_output(table: Table, elsewhere: Any, drive: Any) -> Output:
     return values.made(Output)
 
 
-def read_solver(table: Table, elsewhere: Any) -> Solver:
+def read_solver(table: RawTable, elsewhere: Any) -> Solver:
     """Read [solver]."""
     method = table.values.get("method")
     if isinstance(method, str) and method in RETIRED_METHODS:

@@ -13,7 +13,7 @@ from rsc.scene.keys.keys import (
     Flag,
     Later,
     PairReader,
-    Table,
+    RawTable,
     Values,
     declare,
     per_coordinate,
@@ -104,7 +104,7 @@ class Start:
         return content
 
 
-def read_start(table: Table, elsewhere: Callable[[str], str], rotor: Any, stator: Any, contacts: Sequence[Contact]) -> Start:
+def read_start(table: RawTable, elsewhere: Callable[[str], str], rotor: Any, stator: Any, contacts: Sequence[Contact]) -> Start:
     """Read [start]; by default a start at rest."""
     values = read_table(Start, table, elsewhere)
     form_of(Start.forms, table, values)
@@ -126,7 +126,7 @@ def read_start(table: Table, elsewhere: Callable[[str], str], rotor: Any, stator
     return start
 
 
-def _read_state(table: Table, key: str, values: Values, body: Any) -> tuple[complex, ...]:
+def _read_state(table: RawTable, key: str, values: Values, body: Any) -> tuple[complex, ...]:
     """Displacements or velocities of a body; zeros if not given."""
     if values[key] is None:
         return (0j,) * int(body.n_coordinates)
@@ -138,7 +138,7 @@ def _read_state(table: Table, key: str, values: Values, body: Any) -> tuple[comp
     return read
 
 
-def _read_whirl(table: Table, raw: Any) -> str | float:
+def _read_whirl(table: RawTable, raw: Any) -> str | float:
     if isinstance(raw, str) and raw.strip()[:1].isalpha():
         if raw != "backward":
             table.refuse("whirl", raw, "\"backward\" or a frequency in Hz")
@@ -146,7 +146,7 @@ def _read_whirl(table: Table, raw: Any) -> str | float:
     return FREQUENCY.read(table, "whirl", raw)
 
 
-def _refuse_penetration(table: Table, start: Start, contact: Contact) -> None:
+def _refuse_penetration(table: RawTable, start: Start, contact: Contact) -> None:
     """SceneError for a start deep inside the wall, nearly always a mistake; whirls and steady motions are computed later."""
     if start.kind in ("whirl", "running") or start.allow_penetration:
         return

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from rsc.scene.keys.keys import Later, Listed, Number, Sequence, Table, Values, as_list
+from rsc.scene.keys.keys import Later, Listed, Number, RawTable, Sequence, Values, as_list
 
 Knots = tuple[tuple[float, float], ...]
 
@@ -14,7 +14,7 @@ TORQUE = Later("a list of [speed in Hz, torque in N m]", (Sequence(Listed((_SPEE
 MEANING = "Torque of motor minus load over speed: linear between knots, constant beyond."
 
 
-def read(table: Table, values: Values, speed_reader: Number) -> None:
+def read(table: RawTable, values: Values, speed_reader: Number) -> None:
     """Read the keys of a torque-limited drive, in place.
 
     Raises
@@ -38,7 +38,7 @@ def read(table: Table, values: Values, speed_reader: Number) -> None:
     values["coast"] = ((0.0, 0.0),) if values["coast"] is None else _read_knots(table, "coast", values["coast"], 1)
 
 
-def _read_knots(table: Table, key: str, raw: Any, least: int = 2) -> Knots:
+def _read_knots(table: RawTable, key: str, raw: Any, least: int = 2) -> Knots:
     knots = as_list(raw)
     if knots is None or len(knots) < least:
         table.refuse(key, raw, "a list of at least two knots [speed in Hz, torque in N m]")
