@@ -274,7 +274,7 @@ class TestMatrixFiles:
             ("empty.mtx", b"", "unknown format"),
             ("empty.npz", b"", "unknown format"),
             # scipy.io.mmread dies on this one
-            ("short.mtx", b"%%MatrixMarket matrix array real symmetric\n2 2\n2\n.1\n3E", "no number"),
+            ("short.mtx", b"%%MatrixMarket matrix array real symmetric\n2 2\n2\n.1\n3E", "other than a number"),
             ("index.mtx", b"%%MatrixMarket matrix coordinate real general\n1 1 1\n2 1 1.0\n", "a row is"),
             ("count.mtx", b"%%MatrixMarket matrix coordinate real general\n1 1 2\n1 1 1.0\n", "entries"),
             ("skew.mtx", b"%%MatrixMarket matrix array real skew-symmetric\n1 1\n1\n", "announces 0"),

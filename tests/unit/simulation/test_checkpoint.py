@@ -1,4 +1,4 @@
-"""A checkpoint that is not a possible state of a run of its scene is refused before the compiled kernel, which trusts it, runs."""
+"""A checkpoint that is not a possible state of a run of its scene is refused before the compiled kernel, which trusts it runs"""
 
 import numpy as np
 import pytest
