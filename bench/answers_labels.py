@@ -29,11 +29,12 @@ class Signals:
         along, tangential = (rate * self.d.conj()).real / distance, (rate * self.d.conj()).imag / distance
         self.touch = distance > m.gap
         self.force = np.where(self.touch, np.maximum(m.k * (distance - m.gap) + m.b * np.minimum(along, 0.0), 0.0), 0.0)
-        slip = speed * max(m.radius, 0.0) + tangential
+        slip = speed * max(m.radius, 0.0) + tangential - run.surface
         sigma = np.clip(slip / m.slip, -1.0, 1.0) if m.radius >= 0.0 else np.ones(len(slip))
         self.friction = m.friction * sigma * self.force
         self.rolls = self.touch & (abs(slip) < m.slip) & (m.radius >= 0.0)
         self.fed, self.heat = -self.friction * tangential, self.friction * slip  # W
+        self.given, self.raced = self.friction * max(m.radius, 0.0) * speed, self.friction * run.surface
         n = len(m.row)  # cross-coupling, or damping that is negative, feeds a whirl as well as friction does
         self.driven = bool(np.any(m.stiffness.imag) or np.any(m.damping.imag))
         self.driven |= bool(n and np.linalg.eigvals(m.damping).real.min() < -1e-9 * abs(m.damping).max())
