@@ -15,14 +15,11 @@ under out/answers/. Exit code 1 if a line is false.
 
 import argparse
 import collections
-import random
 import re
 import sys
 import time
 import warnings
 from pathlib import Path
-
-import numpy as np
 
 sys.path += [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1] / "tools")]
 
@@ -30,9 +27,10 @@ import rsc
 from pages import RESULTS, ROOT, write_page
 from product_lines import judged
 from product_lists import of_list
+from product_measured import of_measured
+from product_scenes import product_scene
 from product_witness import ProductWitness
 
-TERMS = ("race", "torque", "knots", "rotating damping", "unequal supports")
 OUTCOMES = {
     "the drive holds it": r"the drive holds it", "brakes to": r"brakes to [\d.]+ Hz", "speeds up to": r"speeds up to [\d.]+ Hz",
     "captured": r"captured at", "stops": r"stops after", "leaves it": r"leaves it at",
@@ -72,97 +70,6 @@ SAVED = ROOT / "out" / "answers"
 EVERY = 10  # scenes after which the table is written
 
 
-def product_scene(seed, number):
-    """(scene, its terms) of a number: terms go through all combinations before the dice."""
-    dice, count = random.Random(f"product {seed}/{number}"), 1 + number % 3
-    terms = {term for i, term in enumerate(TERMS) if (number // 3) >> i & 1}
-
-    def log(low, high):
-        return float(np.exp(dice.uniform(np.log(low), np.log(high))))
-
-    mass, gap = log(2.0, 10.0), log(1e-4, 4e-4)
-    stiffness = mass * (2.0 * np.pi * log(20.0, 45.0)) ** 2
-    damping = 0.04 * np.sqrt(mass * stiffness)
-    rotor = {
-        "model": "chain", "masses": [mass * dice.uniform(0.8, 1.5) for _ in range(count)],
-        "stiffnesses": [stiffness * dice.uniform(0.5, 1.5) for _ in range(count + 1)], "dampings": [damping] * (count + 1),
-        "eccentricity": [gap * log(0.02, 0.4)] + [0.0] * (count - 1),
-    }  # fmt: skip
-    if "rotating damping" in terms:
-        rotor["rotating_damping"] = [0.1 * damping] * (count + 1)
-    support = 0.15 * stiffness
-    if "unequal supports" in terms:
-        rotor["supports"] = [[0, [support, 0.0, 0.0, 0.5 * support], [0.0, 0.0, 0.0, 0.0]]]
-    if "knots" in terms:
-        laws = [[hz, [rise * support, 0.0, 0.0, rise * support], [1.0, 0.0, 0.0, 1.0]] for hz, rise in ((10.0, 0.5), (80.0, 1.5))]
-        rotor["supports_by_speed"] = [[0, laws]]
-    stator = {"model": "laval", "mass": 0.7 * mass, "frequency": log(80.0, 160.0), "damping_ratio": 0.06}
-    speed, contacts = log(20.0, 70.0), []
-    for i in range(count):
-        diameter = log(0.02, 0.08)
-        contacts.append({
-            "name": ("seal", "bush", "ring")[i], "rotor_coordinate": i, "stator_coordinate": 0,
-            "gap": gap * dice.uniform(0.8, 1.3), "friction": log(0.05, 0.35), "stiffness": stiffness * log(20.0, 100.0),
-            "damping_ratio": 0.1, "diameter": diameter,
-            "slip_velocity": 0.05 * np.pi * speed * diameter,
-        })  # fmt: skip
-    if "race" in terms:
-        contacts[0] |= {"race_inertia": 1e-4, "race_drag": 1e-5}
-    drive = {"speed": speed, "duration": 1.0}
-    if "torque" in terms:
-        inertia = 0.02 * mass * 0.05
-        strong = inertia * 2.0 * np.pi * speed / log(0.3, 3.0)
-        drive |= {"inertia": inertia, "torque": [[0.0, strong], [speed, 0.2 * strong], [1.2 * speed, -0.3 * strong]]}
-        drive |= {"trip": 0.7, "coast": [[0.0, -0.05 * strong]]} if dice.random() < 0.4 else {}
-    angle = dice.uniform(0.0, 2.0 * np.pi)
-    moving = [[gap * 2.0 * np.pi * speed * 2.0 * np.cos(angle), gap * 2.0 * np.pi * speed * 2.0 * np.sin(angle)]]
-    moving = moving if dice.random() < 0.8 else [[0.0, 0.0]]
-    bodies = {"rotor": rotor, "stator": stator}
-    if dice.random() < 0.2:
-        terms, bodies = terms | {"one body"}, {"rotor": _one_body(rotor, stator)}
-        for contact in contacts:
-            contact["rotor_coordinate"] = [contact["rotor_coordinate"], count]
-            del contact["stator_coordinate"]
-    if not terms & {"race", "torque"} and dice.random() < 0.3:
-        terms = terms | {"one-sided"}
-        contacts = [{key: value for key, value in own.items() if key not in ("diameter", "slip_velocity")} for own in contacts]
-    start = _start(moving, count, "stator" in bodies)
-    title = f"product {seed}/{number}: {count} contacts, {', '.join(sorted(terms)) or 'no more'}"
-    tables = {"title": title, **bodies, "contact": contacts if count > 1 else contacts[0]}
-    return rsc.Scene.from_dict({**tables, "drive": drive, "start": start, "output": {"rate": 4000.0}}), terms
-
-
-def _start(moving, count, stator):
-    """The table [start] of a rotor whose first mass moves; of one body the last is the casing."""
-    still = [[0.0, 0.0]]
-    start = {"rotor": still * (count + (not stator)), "rotor_velocity": moving + still * (count - 1 + (not stator))}
-    return start | ({"stator": still, "stator_velocity": still} if stator else {})
-
-
-def _one_body(rotor, stator):
-    """The table [rotor] of a chain and its casing as one body."""
-    n = len(rotor["masses"])
-    made = {key: np.zeros((n + 1, n + 1)) for key in ("mass", "stiffness", "damping")}
-    made["mass"][:n, :n] = np.diag(rotor["masses"])
-    made["stiffness"][:n, :n], made["damping"][:n, :n] = _chained(rotor["stiffnesses"]), _chained(rotor["dampings"])
-    turns = 2.0 * np.pi * stator["frequency"]
-    own = stator["mass"], stator["mass"] * turns**2, 2.0 * stator["damping_ratio"] * stator["mass"] * turns
-    for key, value in zip(made, own, strict=True):
-        made[key][n, n] = value
-    if "rotating_damping" in rotor:
-        made["rotating_damping"] = np.zeros((n + 1, n + 1))
-        made["rotating_damping"][:n, :n] = _chained(rotor["rotating_damping"])
-    kept = {key: rotor[key] for key in ("supports", "supports_by_speed") if key in rotor}
-    table = {"model": "matrices", "tilt_coordinates": [], "eccentricity": [*rotor["eccentricity"], 0.0]}
-    return table | {key: matrix.tolist() for key, matrix in made.items()} | kept
-
-
-def _chained(values):
-    """The matrix of springs (n + 1,) before, between and behind n masses."""
-    values = np.asarray(values)
-    return np.diag(values[:-1] + values[1:]) - np.diag(values[1:-1], 1) - np.diag(values[1:-1], -1)
-
-
 def kinds_said(lines):
     """Names of the KINDS that lines (topic, text) of an answer say."""
     return {
@@ -176,10 +83,13 @@ def sayings(scene, terms):
     report = rsc.check(scene)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the judge
-        yield from judged(report, ProductWitness(report, scene))
+        witness = ProductWitness(report, scene)
+        yield from judged(report, witness)
         for listed in report.motions:
             for topic, text, problem in of_list(report.result.scene, listed, scene if "torque" in terms else None):
                 yield topic, text, [problem]
+        if "measured" in terms:
+            yield from of_measured(report.result, witness.runs.of(0)[0])
 
 
 class Table:

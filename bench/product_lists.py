@@ -10,7 +10,7 @@ from drive_outcomes import judged_held
 from product_witness import Runs, beside
 from rsc.measure.catalogue import WHIRLING
 from rsc.measure.kinds import SELF_EXCITED, Kind
-from rsc.study.motions.motions import STARTS, Search
+from rsc.study.motions.motions import Search
 from rsc.study.motions.settle import shown
 from third_engine import prescribed, run, state_of
 
@@ -32,9 +32,9 @@ class Place(NamedTuple):
 class Follower:
     """The third engine at the speed of a list."""
 
-    def __init__(self, scene, speed):
+    def __init__(self, scene, speed, starts):
         self.search, self.speed = Search(scene, speed), speed
-        self.listed = self.search.motions(STARTS, 0)
+        self.listed = self.search.motions(starts, 0)
         self.system, self.block = self.search.system, self.search.settling.block
         shaft = prescribed([[0.0, 2.0 * np.pi * speed], [1.0, 2.0 * np.pi * speed]])
         state = self.state(self.search.base, self.search.base_turns)
@@ -128,7 +128,7 @@ def is_that(places, steady, motion):
 
 def of_list(scene, listed, torque):
     """(topic, sentence, what is false or "" or "skipped") of what is said of a list; torque: the scene with its drive."""
-    follower = Follower(scene, listed.speed)
+    follower = Follower(scene, listed.speed, listed.starts)
     same = [motion.motion for motion in follower.listed.motions] == [motion.motion for motion in listed.motions]
     if not same:
         yield "list", "", "another list from the same seed"

@@ -8,6 +8,8 @@ import numpy as np
 from numba import njit
 
 STEPS = 40.0  # of the fastest motion's period
+# of a decay of slip that a step may take; how many times finer at most
+CREEP, MOST_FINER = 0.5, 20.0
 
 
 class Machine(NamedTuple):
@@ -234,14 +236,31 @@ def state_of(start, turns, speed, n_contacts):
 
 
 def run(m, shaft, state, duration, finer=1.0):
-    """A Path from a state; `finer` times shorter steps."""
+    """A Path from a state; `finer` times shorter steps, and still shorter ones where friction at small slip asks for them."""
     step = step_of(m, max(state[1], np.abs(shaft.corners[:, 1]).max()) / (2.0 * np.pi)) / finer
+    path = _marched(m, shaft, step, state, duration)
+    share = step * _creep(path)
+    return path if share <= CREEP else _marched(m, shaft, step / min(share / CREEP, MOST_FINER), state, duration)
+
+
+def _marched(m, shaft, step, state, duration):
+    """A Path with steps of a length in s."""
     c, each = len(m.rows), 2 * m.rows.shape[1]
     out = np.zeros((int(duration / step) + 2, 4 + c + 2 * each))
     out = out[: march(m, shaft, step, np.asarray(state, dtype=float), out)]
     columns = np.split(out[:, 4:], [c, c + each], axis=1)
     state = np.concatenate([out[-1, 1:3], out[-1, 4:]])
     return Path(m, out[:, 0], out[:, 1] / (2.0 * np.pi), out[:, 2] / (2.0 * np.pi), out[:, 3], *columns, state)
+
+
+def _creep(path):
+    """The fastest rate in 1/s at which friction takes small slip away in a Path, by what it moves: the bodies and a race."""
+    m, n, fastest = path.machine, path.machine.rows.shape[1], 0.0
+    for d, row, own in zip(path.d.T, m.rows, m.surfaces, strict=True):
+        force, light = own[K] * max(np.abs(d).max() - own[GAP], 0.0), float(row @ m.inverse[:n, :n] @ row)
+        light += (own[RADIUS] + own[GAP]) ** 2 / own[INERTIA] if own[INERTIA] > 0.0 else 0.0
+        fastest = max(fastest, own[FRICTION] * force / own[SLIP] * light if own[SLIP] > 0.0 else 0.0)
+    return fastest
 
 
 def release(system, start, turns, speed, table, duration, finer=1.0):
