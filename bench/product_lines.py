@@ -10,7 +10,7 @@ from answers_lines import ANY_SIZE, JUDGES, contradictions
 from answers_witness import NUM, PREFIX, SAID
 from rsc.measure.several import name_of
 from rsc.show.words.answer import answer
-from rsc.show.words.verdict import MEANINGS
+from rsc.show.words.verdict import MEANINGS, ON_RACE, PASSING
 
 WHIRLS = BACKWARD | {"forward whirl", "running away"}
 LOOSE = 0.05
@@ -209,7 +209,7 @@ def of_verdict(text, witness):
     """The severity by the definitions of docs/users/motions.md, the run's force and kind, and the counts of impacts."""
     report = witness.report
     match = re.search(r"Severity: (\w+) \((.*)\)\.$", text)
-    if match is None or match[2] != MEANINGS[match[1]]:
+    if match is None or match[2] not in (MEANINGS[match[1]], {"whirl": ON_RACE, "rub": PASSING}.get(match[1])):
         yield "no severity, or another meaning"
         return
     each = witness.runs.of(0)
