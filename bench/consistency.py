@@ -175,13 +175,23 @@ def contradictions(scene):
     return [*found, *of_verdict(report, listed), *of_map(scene, listed)], [str(motion.motion) for motion in listed.motions]
 
 
+def table_of(count, kinds, found):
+    """Lines of Markdown on so many machines, a Counter of their motions, (kind, detail) of what contradicts."""
+    counted = ", ".join(f"{n} {kind}" for kind, n in kinds.most_common())
+    lines = [f"{count} machines, {kinds.total()} motions that last ({counted}): {len(found)} contradictions."]
+    if found:
+        between = collections.Counter(kind for kind, _ in found)
+        lines += ["", "| between | contradictions |", "|---|---|", *(f"| {kind} | {n} |" for kind, n in between.items())]
+    return "\n".join(lines)
+
+
 def main():
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("count", nargs="?", type=int, default=40)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--write", action="store_true", help="write the table to bench/results")
+    parser.add_argument("--write", action="store_true", help="write the table to bench/results, anew after every machine")
     options = parser.parse_args()
     found, kinds = [], collections.Counter()
     for number in range(options.first, options.first + options.count):
@@ -192,15 +202,12 @@ def main():
         print(f"{number}: {', '.join(lasting)}; {time.process_time() - begun:.1f} s", flush=True)
         for kind, detail in own:
             print(f"    CONTRADICTION {kind}: {detail}", flush=True)
-    counted = ", ".join(f"{count} {kind}" for kind, count in kinds.most_common())
-    text = f"{options.count} machines, {kinds.total()} motions that last ({counted}): {len(found)} contradictions."
-    if found:
-        count = collections.Counter(kind for kind, _ in found)
-        text += "\n\n| between | contradictions |\n|---|---|\n" + "\n".join(f"| {kind} | {n} |" for kind, n in count.items())
-    print(text)
-    if options.write:
-        command = f"python bench/consistency.py {options.count} --seed {options.seed} --first {options.first} --write"
-        write_page(RESULTS / "consistency.md", "Do all doors say the same of what lasts?", command, text)
+        if options.write:
+            count = number - options.first + 1
+            command = f"python bench/consistency.py {count} --seed {options.seed} --first {options.first} --write"
+            title = "Do all doors say the same of what lasts?"
+            write_page(RESULTS / "consistency.md", title, command, table_of(count, kinds, found))
+    print(table_of(options.count, kinds, found))
     return 1 if found else 0
 
 
