@@ -35,6 +35,7 @@ from rsc.measure.catalogue import WHIRLING
 from rsc.measure.severity import severity_of, verdict_of
 from rsc.show.page import page
 from rsc.show.pictures.abscissa import Abscissa
+from rsc.show.pictures.lasting import EDGE
 from rsc.show.pictures.pictures import campbell
 from rsc.show.sweeps import pictures as sweep_pictures
 from rsc.show.words.answer import answer
@@ -47,7 +48,7 @@ from rsc.study.sweep.plan import make_plan
 from rsc.study.sweep.sweep import computed
 from rsc.study.sweep.vary import cases
 
-SAME, LETTER = 1e-9, 0.02  # of figures that come from the same runs; of the frequency of whirls of one letter
+SAME, LETTER, DRAWN = 1e-9, 0.02, 1e-3  # of figures of the same runs; of frequencies of one letter; of the width of a picture
 
 
 def scene_of(seed, number):
@@ -122,7 +123,8 @@ def of_page(report):
             if escape(row[-1]) not in text:
                 yield "page", f"{row[-1]} is not in its table"
             turns = motion.bounded and np.isfinite(motion.frequency)
-            if turns and not any(abs(x - motion.frequency) < SAME * edge or abs(x) > 0.9 * edge for x in at):
+            place = float(np.clip(motion.frequency, -EDGE * edge, EDGE * edge)) if turns else 0.0
+            if turns and not any(abs(x - place) < DRAWN * edge for x in at):
                 yield "Campbell diagram", f"{motion.motion} at {motion.frequency:.5g} Hz has no mark"
             rolls = motion.predicted is not None and motion.predicted.label == "roll"
             if rolls and f"{hertz(motion.frequency)} Hz" not in text.partition("What can last")[0]:

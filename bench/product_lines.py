@@ -242,7 +242,9 @@ def _impacts(text, report):
         return
     speed, what, hits, impacts = float(match[1]), match[2], int(match[3]), int(match[4])
     listed = min(report.motions, key=lambda one: abs(one.speed - speed))
-    known = [(listed.hits(motion), listed.starts) for motion in listed.motions if motion.motion in what]
+    unbounded = "does not bound" in what
+    known = [(listed.hits(motion), listed.starts) for motion in listed.motions
+             if (motion.motion in what if motion.bounded else unbounded)]  # fmt: skip
     if (hits, impacts) not in known:
         yield f"{what}: {known}"
     found = re.search(rf"the smallest found has {SAID}, {SAID}", match[5])

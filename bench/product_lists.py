@@ -12,7 +12,7 @@ from rsc.measure.catalogue import WHIRLING
 from rsc.measure.kinds import SELF_EXCITED, Kind
 from rsc.study.motions.motions import Search
 from rsc.study.motions.settle import shown
-from third_engine import prescribed, run, state_of
+from third_engine import TooStiff, prescribed, run, state_of
 
 MOST_BLOCKS, ALIKE, LAST = 40, 0.01, 6  # blocks of a run; change from block to block of one at rest; blocks of one that is not
 STEADY, RESTLESS = (0.02, 0.05, 0.1), (0.1, 0.3, 0.5)  # of frequency, deflection, force: up to which two motions are one
@@ -134,17 +134,25 @@ def of_list(scene, listed, torque):
         yield "list", "", "another list from the same seed"
         return
     for group, motion in zip(follower.search.groups, listed.motions, strict=True):
-        yield "list", str(motion.motion), _lasts(follower, [shown(group), *group[:1]], motion)
+        yield "list", str(motion.motion), _told(_lasts, follower, [shown(group), *group[:1]], motion)
         if listed.hits(motion):
-            yield "impacts", str(motion.motion), _started(follower, listed, motion)
+            yield "impacts", str(motion.motion), _told(_started, follower, listed, motion)
     if listed.smallest:
-        yield "smallest", "", _smallest(follower, listed)
+        yield "smallest", "", _told(_smallest, follower, listed)
     for one in listed.not_reached:
         if one.stable and one.label != "forward rub":
-            yield "left", one.label, _not_reached(follower, one)
+            yield "left", one.label, _told(_not_reached, follower, one)
     if torque is not None:
         for _, sentence, false, skipped in judged_held(torque, follower.search, listed):
             yield "held", sentence, "skipped" if skipped else false
+
+
+def _told(judge, *arguments):
+    """What a judge says, "skipped" where the third engine would take too many steps."""
+    try:
+        return judge(*arguments)
+    except TooStiff:
+        return "skipped"
 
 
 def _lasts(follower, ends, motion):
@@ -174,7 +182,7 @@ def _started(follower, listed, motion):
     index = next(i for i, one in enumerate(listed.motions) if one is motion)
     hits = np.flatnonzero(listed.ended == index)[:IMPACTS].tolist()
     for k in hits:
-        state = follower.hit(complex(*listed.knock[k]), k % len(follower.system.contacts))
+        state = follower.hit(complex(*listed.impulse[k]), k % len(follower.system.contacts))
         for number in range(3):
             if is_that(*follower.end(beside(state, follower.runs.machine, number)), motion):
                 return ""

@@ -8,8 +8,11 @@ import numpy as np
 from numba import njit
 
 STEPS = 40.0  # of the fastest motion's period
-# of a decay of slip that a step may take; how many times finer at most
-CREEP, MOST_FINER = 0.5, 20.0
+CREEP, MOST_STEPS = 1.0, 2_000_000  # of a decay of slip that a step may take; steps of a run at most
+
+
+class TooStiff(Exception):
+    """Friction takes small slip away so fast that a run would need more than MOST_STEPS steps."""
 
 
 class Machine(NamedTuple):
@@ -236,11 +239,16 @@ def state_of(start, turns, speed, n_contacts):
 
 
 def run(m, shaft, state, duration, finer=1.0):
-    """A Path from a state; `finer` times shorter steps, and still shorter ones where friction at small slip asks for them."""
+    """A Path from a state; `finer` times shorter steps, and still shorter ones where friction at small slip asks for them.
+    TooStiff where these would be too many."""
     step = step_of(m, max(state[1], np.abs(shaft.corners[:, 1]).max()) / (2.0 * np.pi)) / finer
     path = _marched(m, shaft, step, state, duration)
     share = step * _creep(path)
-    return path if share <= CREEP else _marched(m, shaft, step / min(share / CREEP, MOST_FINER), state, duration)
+    if share <= CREEP:
+        return path
+    if share / CREEP * duration / step > MOST_STEPS:
+        raise TooStiff
+    return _marched(m, shaft, step * CREEP / share, state, duration)
 
 
 def _marched(m, shaft, step, state, duration):

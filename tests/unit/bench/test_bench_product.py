@@ -43,7 +43,7 @@ def test_no_line_of_a_scene_is_false(number):
 
 def test_false_lines_are_found():
     """Of a run with another friction than the judge is told of."""
-    scene, _ = product_scene(1, 0)
+    scene, _ = product_scene(1, 6)
     report = rsc.check(scene)
     rougher = scene.with_values({"contact.friction": 1.5 * scene.contact.friction})
     problems = {topic: own for topic, _, own in judged(report, ProductWitness(report, rougher)) if any(own)}
