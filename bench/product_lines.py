@@ -169,10 +169,10 @@ SEVERAL = {"mu_min": of_mu_min, "whirl": of_whirl, "frequency": of_frequency, "a
 
 def of_drive(text, witness):
     """Torque, power and energy that friction takes from the drive at all contacts, heat and work on inner races."""
-    way, other = "(takes?|gives? it) up to", "( taken from it| given to it)?"
+    way, other = "(rub torque on the shaft|the rub drives the shaft with)", "( taken from the shaft| given to the shaft)?"
     races = rf"(?: \(heat {SAID}, inner races (-?){SAID}\))?"
     pattern = (
-        rf"the contacts? {way} {SAID} and {SAID}(?: from it)?, (?:at|from) .*?; {SAID}{other} over the run{races}"
+        rf"{way} up to {SAID}, power up to {SAID}, (?:at|from) .*?; {SAID}{other} over the run{races}"
         rf"(?:, {NUM} times the rotor's kinetic energy)?$"
     )
     match = re.match(pattern, text)
@@ -181,7 +181,7 @@ def of_drive(text, witness):
         return
     way, torque, p, _, power, q, _, energy, e, _, other = match.groups()[:11]
     heat, h, _, negative, raced, r = match.groups()[11:17]
-    sign = 1.0 if way.startswith("take") else -1.0
+    sign = 1.0 if way.startswith("rub torque") else -1.0
     wanted = {"power": sign * size_of(power, q), "energy": (-sign if other else sign) * size_of(energy, e)}
     if heat:
         wanted |= {"heat": size_of(heat, h), "races": size_of(raced, r) * (-1.0 if negative else 1.0)}

@@ -150,7 +150,7 @@ class _Seen:
         """The counts of the check line against the windows."""
         whirl = [window.frequency.verdict for window in self.report.windows]
         own = [verdict for verdict in whirl if verdict not in ("no whirl", "not resolved")]
-        counted = re.search(r"of (\d+) windows? with a backward line (\d+) agree", text)
+        counted = re.search(r"(\d+) of (\d+) windows? with a backward line", text)
         said = (int(counted[1]), int(counted[2])) if counted else (0, 0)
-        if said != (len(own), own.count("agrees")):
+        if said != (own.count("agrees"), len(own)):
             yield "the counts are not those of the windows"
