@@ -9,7 +9,7 @@ of the third engine (third_engine.py) from the same start: by the text at each c
 and what is said of lists by runs from the states in which the motions stood, after the impacts and under the torque
 (product_lists.py). A kind of line is a pattern of KINDS; the table counts how many sayings of it were judged, false, and could
 not be judged, since runs of the third engine from beside the start do not agree or the witness does not know it. What no scene
-reached stands at the end. --write: results/answers_product.md, anew after every five scenes. Scenes with a false line are saved
+reached stands at the end. --write: results/answers_product.md, anew after every four scenes. Scenes with a false line are saved
 under out/answers/. Exit code 1 if a line is false.
 """
 
@@ -67,7 +67,7 @@ KINDS = {
        "would do", "force", "change", "check", "not told")},
 }  # fmt: skip
 SAVED = ROOT / "out" / "answers"
-EVERY = 5  # scenes after which the table is written
+EVERY = 4  # scenes after which the table is written
 
 
 def kinds_said(lines):
