@@ -91,7 +91,8 @@ class Values(dict):
 
     def get(self, key, default=None):
         """The value of a key that not every class of tables declares."""
-        return self[key] if key in self else default
+        self._untaken.discard(key)
+        return super().get(key, default)
 
     def made(self, section):
         """An object of the class that declares the keys and has a field for each."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rsc.scene.keys.keys import MAX_COORDINATES, Number, Table, Values, as_list, known_keys, read_table
 from rsc.units import DIMENSIONS
