@@ -1,5 +1,6 @@
 """The command line as a user meets it: exit codes, what is printed, what is written."""
 
+import argparse
 import json
 import re
 import signal
@@ -210,3 +211,13 @@ def test_check_and_report_give_signs_of_life(tmp_path, monkeypatch, capsys):
     assert main(["check", "scene.toml", "-o", "out"]) == 0 and "the analysis goes on" in capsys.readouterr().err
     Path("out/report.json").unlink()
     assert main(["report", "out/result.h5"]) == 0 and "the analysis goes on" in capsys.readouterr().err
+
+
+def test_options_with_units_are_read_by_the_rule_of_scenes():
+    from rsc.cli.common import in_hertz, in_si
+
+    assert in_si("impulse")("2 lbf s") == pytest.approx(2 * 0.45359237 * 9.80665) and in_si("impulse")("0.5") == 0.5
+    assert in_hertz("3000 rpm") == 50.0
+    for text in ("3 mm", "3,5 N s", "1/2"):
+        with pytest.raises(argparse.ArgumentTypeError, match="must be a number in N s"):
+            in_si("impulse")(text)

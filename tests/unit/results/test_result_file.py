@@ -129,7 +129,8 @@ def test_a_part_that_cannot_be_read_is_replaced_and_that_is_said(scene_file, tmp
     part = tmp_path / "run.h5.part"
     part.write_bytes(part.read_bytes()[:-50_000])
     assert main(["run", "long.toml", "-o", "run.h5"]) == 0
-    assert "run.h5.part: what a killed run left there cannot be continued, and this run takes its place" in capsys.readouterr().err
+    told = "run.h5.part: what a killed run left there cannot be continued, and this run takes its place"
+    assert told in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("content", [b"", bytes(40_000), b"\x89HDF\r\n\x1a\n" + bytes(30_000)])
