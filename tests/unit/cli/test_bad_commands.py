@@ -12,7 +12,7 @@ COMMANDS = {
     "C48 unknown option": (["run", "scene.toml", "--worker", "2"], 2, "--worker"),
     "C48 unknown command": (["runn", "scene.toml"], 2, "runn"),
     "C48 no number": (["predict", "scene.toml", "--speed", "fast"], 2, "fast"),
-    "C48 another unit for an impulse": (["knock", "scene.toml", "--largest", "3 mm"], 2, "N s"),
+    "C48 another unit for an impulse": (["impact", "scene.toml", "--largest", "3 mm"], 2, "N s"),
     "C48 another unit for random impulses": (["motions", "scene.toml", "--largest", "3 Ns/m"], 2, "N s"),
     "C48 no scene": (["run"], 2, "SCENE"),
     "C50 output is the input": (["run", "scene.toml", "-o", "scene.toml"], 2, "another file than"),
