@@ -115,7 +115,7 @@ def refuse_unfinished(path):
     if os.path.lexists(part):
         _claimed(path, part, False).close()
     for file in (_left_of(path), part):
-        if not file.is_file() or _is_without_beginning(file):
+        if not os.path.isfile(file) or _is_without_beginning(file):
             continue
         try:
             checkpoint = ResultFile(file).checkpoint()[0]
