@@ -4,14 +4,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from rsc.scene.keys.keys import MAX_COORDINATES, Number, Table, Values, as_list, known_keys, read_table
+from rsc.scene.keys.keys import MAX_COORDINATES, Number, RawTable, Values, as_list, known_keys, read_table
 from rsc.units import DIMENSIONS
 
 
 class Item(NamedTuple):
     """One table of a list, and the values of its keys."""
 
-    table: Table
+    table: RawTable
     values: Values
 
 
@@ -27,7 +27,7 @@ class Tables:
         """The allowed form in words."""
         return f"a list of tables {{{', '.join(known_keys(self.section))}}}"
 
-    def read(self, table: Table, key: str, raw: object) -> tuple[Item, ...]:
+    def read(self, table: RawTable, key: str, raw: object) -> tuple[Item, ...]:
         """Every table with its values, as `read_table` gives them."""
         parts = as_list(raw)
         if parts is None or not self.least <= len(parts) <= MAX_COORDINATES:
@@ -52,7 +52,7 @@ class Ends:
         """The allowed forms in words."""
         return f"{self.item.wanted}, or two of a cone, [left, right]"
 
-    def read(self, table: Table, key: str, raw: object) -> tuple[float, float]:
+    def read(self, table: RawTable, key: str, raw: object) -> tuple[float, float]:
         """The numbers at the left and at the right end."""
         parts = as_list(raw)
         if parts is None:
