@@ -117,7 +117,7 @@ LIES = {
     "nan": ("%%MatrixMarket matrix coordinate real general\n2 2 1\n1 1 nan\n", "nan"),
     "complex": ("%%MatrixMarket matrix coordinate complex general\n2 2 1\n1 1 1 1\n", "not real"),
     "both sides": ("%%MatrixMarket matrix coordinate real symmetric\n2 2 2\n1 2 1\n2 1 1\n", "both sides"),
-    "words": ("%%MatrixMarket matrix coordinate real general\n2 2 1\n1 1 one\n", "no number"),
+    "words": ("%%MatrixMarket matrix coordinate real general\n2 2 1\n1 1 one\n", "other than a number"),
     "OUTPUT4": ("       2       2       6       2K       1P,3E24.16\n       1       1999999999\n 1.0\n", "cut off"),
     "Harwell-Boeing": (
         f"{'x':80}\n   3   1   1   1   0\nRSA           999999 999999 999999999 0\n(1I9)  (1I9)  (1E9.1)\n1\n1\n1\n",

@@ -63,7 +63,7 @@ class Stations:
         if item.values["bore"] is None:
             right = [one for one in self.shaft.placed if one.start <= place * (1.0 + SAME_PLACE)][-1]
             item.values["bore"] = (right.section.diameter_at(place - right.start),) * 2
-        return place, _section(Item(table, {**item.values, "name": None}), material)
+        return place, _section(item, material)
 
     def _named_place(self, item: Item) -> float:
         """Position of a disk or bearing, and registration of its name."""
@@ -116,6 +116,7 @@ class Stations:
             made = divided(self.shaft, top, source, values["elements"])
         except DataError as error:
             table.refuse("bearings", [one.place for one in self.shaft.supports], "bearings that support the shaft", error.problem)
+        values.refuse_untaken()
         sections = len(self.shaft.sections)
         origin = f"{source} has {sections} sections and {made.words}"
         return Machine(made.model, origin, "sections", f"{sections} tables", at_nodes, list(dict.fromkeys(observed)))
@@ -169,7 +170,7 @@ def _material(table: RawTable, raw: Any, default: Material | None = None) -> Mat
     if raw is None and default is not None:
         return default
     if isinstance(raw, Mapping):
-        values = read_table(MaterialKeys, RawTable(table.file, f"{table.name}.material", raw))
+        values = read_table(MaterialKeys, table.within("material", raw))
         return Material(values["density"], values["youngs_modulus"], values["poisson"])
     if not isinstance(raw, str) or raw not in MATERIALS:
         table.refuse("material", raw, MATERIAL.wanted)
@@ -182,7 +183,7 @@ def _section(item: Item, material: Material) -> Section:
         if not bore < diameter:
             table.refuse("bore", table.values.get("bore", bore), f"less than the diameter at its {_FROM[i]} end, {diameter:g} m")
     material = _material(table, values["material"], material)
-    return Section(values["length"], values["diameter"], values["bore"], material, values["name"] or "")
+    return Section(values["length"], values["diameter"], values["bore"], material, values.get("name") or "")
 
 
 def _disk(item: Item, place: float, shaft: Shaft, material: Material) -> Disk:
@@ -198,6 +199,10 @@ def _disk(item: Item, place: float, shaft: Shaft, material: Material) -> Disk:
             table.refuse("diameter", table.values["diameter"], f"more than that {what}, {bore:g} m")
         density = _material(table, values["material"], material).density
         inertias = dict(zip(inertias, disk_inertias(values["diameter"], bore, values["width"], density), strict=True))
+    else:
+        for key in ("bore", "material"):
+            if values[key] is not None:
+                table.refuse(key, table.values[key], "left out where mass and inertias are given", "it would have no effect")
     missing = [key for key, value in inertias.items() if value is None]
     if missing:
         table.refuse(missing[0], None, "given: mass, polar_inertia and diametral_inertia go together")

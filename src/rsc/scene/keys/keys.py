@@ -49,6 +49,13 @@ class RawTable:
         self.file, self.name, self.values, self.folder, self.fastest = file, name, values, folder, 0.0
         # (key, dimension) -> first number without a unit and first text with another unit, each with its position
         self._met: dict[tuple[str, str], dict[type, tuple[str, object]]] = {}
+        self.read: list[Values] = []  # values read from this table and from those inside it
+
+    def within(self, place: str, values: Mapping[str, Any]) -> "RawTable":
+        """A table inside this one, at a place such as "disks[0]", whose keys must be used as well."""
+        inner = RawTable(self.file, f"{self.name}.{place}", values, self.folder)
+        inner.fastest, inner.read = self.fastest, self.read
+        return inner
 
     def refuse(self, key: str, value: object, wanted: str, hint: str = "") -> NoReturn:
         """Raise the SceneError for one key of this table."""
@@ -85,14 +92,21 @@ class Values(dict):
         self._untaken.discard(key)
         return super().__getitem__(key)
 
+    def get(self, key: str, default: Any = None) -> Any:
+        """The value of a key that not every class of tables declares."""
+        self._untaken.discard(key)
+        return super().get(key, default)
+
     def made(self, section: type) -> Any:
         """An instance of the class that declares the keys."""
         return section(**self)
 
     def refuse_untaken(self, besides: Iterable[str] = ()) -> None:
-        """AssertionError for a key that was given but never used; besides: keys that were used before."""
-        if untaken := self._untaken.difference(besides):
-            raise AssertionError(f"[{self._table.name}] {min(untaken)} is declared, but nothing uses it")
+        """AssertionError for a key of this table, or of a table inside it, that was given but never used; besides: keys that
+        were used before."""
+        for values in self._table.read:
+            if untaken := values._untaken.difference(besides if values is self else ()):
+                raise AssertionError(f"[{values._table.name}] {min(untaken)} is declared, but nothing uses it")
 
 
 @cache  # called for every key of every case of a sweep
@@ -160,7 +174,8 @@ def read_table(section: type, table: RawTable, elsewhere: Callable[[str], str] |
             if default is None:
                 table.refuse(group[0], None, "given, or instead of it " + " or ".join(group[1:]))
             values[default[0]] = default[1]
-    return Values(table, values)
+    table.read.append(Values(table, values))
+    return table.read[-1]
 
 
 def _title(section: type, table: RawTable) -> str:
