@@ -1,4 +1,4 @@
-"""Files that others name: only regular ones are opened, and none larger than a cap."""
+"""Opening of files named by users: only regular files, up to a size limit."""
 
 import os
 import stat
@@ -12,10 +12,10 @@ from rsc.operating_system import Folder, explained, open_to_read
 
 @contextmanager
 def opened(path: str | os.PathLike[str], most: int, folder: Folder | None = None) -> Iterator[BinaryIO]:
-    """A regular file, open for reading.
+    """Open a regular file for reading.
 
-    It is looked at before it is opened, since to open a device can do something, and again when it is open, since a name can
-    change. A pipe is opened without waiting for a writer, so that no name can make the program hang.
+    It is checked before it is opened, since opening a device can have effects, and again once open, since the name may have been
+    reassigned. A pipe is opened without waiting for a writer, so that no name can make the program hang.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ def opened(path: str | os.PathLike[str], most: int, folder: Folder | None = None
     most : int
         Largest size in bytes.
     folder : Folder, optional
-        Where the last name of `path` is looked for, and no link followed.
+        Folder in which the last component of `path` is opened, without following links.
 
     Raises
     ------
@@ -63,13 +63,13 @@ def content_of(path: str | os.PathLike[str], most: int, folder: Folder | None = 
 
 
 def refuse_special(path: str | os.PathLike[str], status: os.stat_result) -> None:
-    """DataError for what is no regular file, by its status."""
+    """DataError unless the status is that of a regular file."""
     if not stat.S_ISREG(status.st_mode):
         raise DataError(one_line(path), "is a directory" if stat.S_ISDIR(status.st_mode) else "not a regular file")
 
 
 def unusable(error: OSError | ValueError) -> str:
-    """Why a name cannot be used, in words; a ValueError is that of a name with a zero byte."""
+    """Why a name cannot be used, as text; a ValueError means a name with a null byte."""
     return one_line((isinstance(error, OSError) and explained(error)) or error).lower()
 
 

@@ -1,4 +1,4 @@
-"""Lines of comma separated values, for every reader of such files."""
+"""Reading of lines of comma-separated values."""
 
 import csv
 import io
@@ -9,14 +9,14 @@ from rsc.errors import DataError, one_line
 
 
 def csv_lines(path: str | os.PathLike[str], text: str, delimiter: str = ",") -> Iterator[tuple[int, list[str]]]:
-    """Yield (number of its line in the file, cells) of every row of a text.
+    """Yield (line number in the file, cells) for every row of a text.
 
     path : str or path, for messages
 
     Raises
     ------
     DataError
-        What is no such text: a quote that does not end, a cell that is too long.
+        Not such a text: an unterminated quote, or a cell that is too long.
     """
     lines = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
     first = 1

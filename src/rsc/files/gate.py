@@ -1,9 +1,9 @@
-"""The gate: what an HDF5 file from outside may hold, a table for each kind of file, looked at before anything of it is read.
+"""The gate: allowed content of HDF5 files, one table per kind of file, checked before anything is read.
 
-A checksum says that nothing was damaged, not who wrote it: whoever forges a file writes the checksums as well. So a file is taken
-for what it claims to be only if it holds what rsc writes and nothing else: known names, each in the file itself and only once,
-plain numbers and texts of a fixed length, shapes that agree, and no more of them than the file has bytes. Links, arrays in other
-files, virtual ones and filters are refused and never followed.
+A checksum shows that nothing was damaged, not who wrote the file: a forger writes the checksums as well. So a file is accepted
+only if it contains exactly what rsc writes: known names, each stored in the file itself and only once, plain numbers and
+fixed-length texts, consistent shapes, and no more data than the file has bytes. Links, arrays in other files, virtual arrays and
+filters are refused and never followed.
 
 Every function raises ValueError for what it refuses.
 """
@@ -22,20 +22,20 @@ from numpy.typing import NDArray
 from rsc.errors import one_line
 from rsc.files.memory import Memory
 
-MOST_NAMES = 64  # of arrays or attributes in one place; a run writes some twenty
+MOST_NAMES = 64  # arrays or attributes in one place; a run writes some twenty
 LONGEST_TEXT, LONGEST_SCENE = 4096, 2**26  # bytes, of a text in an array or of a short attribute; of the scene of a sweep
 F8, I8, I1, TEXT = "f8", "i8", "i1", "text"
 _SIGNATURE, _HEAP, _TEXTS = b"\x89HDF\r\n\x1a\n", b"HEAP\0", b"GCOL\1"
-_BLOCK = 2**20  # bytes that are searched at a time
+_BLOCK = 2**20  # bytes searched at a time
 PACKED_BY = {h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_FLETCHER32}  # as MATLAB does
 LZF = h5py.h5z.FILTER_LZF
-_DENSEST = 1100  # times fewer bytes than they unpack to: deflate packs zeros into no less than a 1032nd, LZF into a 264th
+_DENSEST = 1100  # largest compression ratio: that of zeros is 1032 with deflate, 264 with LZF
 _TYPES = {F8: h5py.h5t.IEEE_F64LE, I8: h5py.h5t.STD_I64LE, I1: h5py.h5t.STD_I8LE}
 
 
 @dataclass(frozen=True)
 class Array:
-    """One array that a file may hold.
+    """One array that a file may contain.
 
     kinds : str, what its entries may be: one or more of "f8", "i8", "i1" and "text" (of a fixed length)
     shape : tuple, of every axis its length, or a name that axes of the same length share
@@ -48,14 +48,14 @@ class Array:
 
 
 def image(content: bytes) -> h5py.File:
-    """The HDF5 file that some bytes are, open for reading."""
+    """Open the HDF5 file in a bytes object for reading."""
     refuse_endless(lambda place, count: content[place : place + count], len(content))
     return h5py.File(io.BytesIO(content), "r")
 
 
 def refuse_endless(read: Callable[[int, int], bytes], size: int) -> None:
-    """Refuse what HDF5 would search for ever, taking memory: a heap of names (the local heap of groups of the oldest kind, HDF5
-    File Format Specification, III.D) whose list of free places leads back to itself.
+    """ValueError for what HDF5 would search forever, taking memory: a heap of names (the local heap of groups of the oldest kind,
+    HDF5 File Format Specification, III.D) whose free list is circular.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def refuse_endless(read: Callable[[int, int], bytes], size: int) -> None:
     size : int, bytes of the file
     """
     start = next((place for place in (0, *(512 << i for i in range(40))) if read(place, 8) == _SIGNATURE), size)
-    head, left = read(start, 16), size // 16  # a free place takes as much
+    head, left = read(start, 16), size // 16  # a free block takes at least 16 bytes
     if head and head[9:11] != b"\x08\x08" and head[13:15] != b"\x08\x08":
         raise ValueError("its addresses have not eight bytes")
     for block in range(start, size, _BLOCK):
@@ -71,7 +71,7 @@ def refuse_endless(read: Callable[[int, int], bytes], size: int) -> None:
         place = part.find(_HEAP)
         while 0 <= place <= len(part) - 32:
             length, free, data = struct.unpack_from("<3Q", part, place + 8)
-            while free != 1 and free < length and start + data + free <= size - 8:  # else its end, or what HDF5 refuses itself
+            while free != 1 and free < length and start + data + free <= size - 8:  # otherwise the end, or refused by HDF5 itself
                 (free,) = struct.unpack("<Q", read(start + data + free, 8))
                 left -= 1
                 if left < 0:
@@ -81,8 +81,8 @@ def refuse_endless(read: Callable[[int, int], bytes], size: int) -> None:
 
 
 def _refuse_endless_texts(read: Callable[[int, int], bytes], size: int) -> None:
-    """Refuse a heap of texts of any length (the global heap, III.E) with an object that takes no place: HDF5 would read it for
-    ever."""
+    """ValueError for a heap of variable-length texts (the global heap, III.E) with an object of size zero, which HDF5 would read
+    forever."""
     for block in range(0, size, _BLOCK):
         part = read(block, _BLOCK + len(_TEXTS))
         at = part.find(_TEXTS)
@@ -100,12 +100,12 @@ def _refuse_endless_texts(read: Callable[[int, int], bytes], size: int) -> None:
 
 
 def is_own(group: Any, name: str) -> bool:
-    """Whether a name in a group is a thing in this very file and no link to another place."""
+    """Whether a name in a group is an object in this file and not a link."""
     return isinstance(group.get(name, getlink=True), h5py.HardLink)
 
 
 def members(group: Any, known: Collection[str] | None = None, most: int = MOST_NAMES) -> set[str]:
-    """Names in a group: none but known ones (if any are told), no link to another place, no thing under two names."""
+    """Names in a group; ValueError for unknown names (if `known` is given), links, and objects with two names."""
     if not isinstance(group, h5py.Group) or len(group) > most:
         raise ValueError("its groups are not those that rsc writes")
     names = set(group)
@@ -118,7 +118,7 @@ def members(group: Any, known: Collection[str] | None = None, most: int = MOST_N
 
 
 def dataset(group: h5py.Group, name: str) -> h5py.Dataset:
-    """An array with rows, whose name is known to be no link."""
+    """An array with rows, whose name is known not to be a link."""
     data = group.get(name)
     if not isinstance(data, h5py.Dataset) or not data.shape:
         raise ValueError(f"{name} is no array that rsc writes")
@@ -126,7 +126,7 @@ def dataset(group: h5py.Group, name: str) -> h5py.Dataset:
 
 
 def short_attribute(item: Any, name: str) -> Any:
-    """Value of an attribute that is a text of a fixed length or numbers, None without one or where it is another thing."""
+    """Value of an attribute that is a fixed-length text or numbers; None if absent or of another kind."""
     if name not in item.attrs:
         return None
     kind = h5py.check_string_dtype(item.attrs.get_id(name).dtype)
@@ -135,7 +135,7 @@ def short_attribute(item: Any, name: str) -> Any:
 
 
 def text_attribute(item: Any, name: str) -> str:
-    """A short text that an attribute holds, of a fixed or of any length, "" without one: of a file whose heaps were looked at by
+    """A short text attribute, of fixed or variable length; "" if absent. Only for files whose heaps were checked by
     `refuse_endless`."""
     if name not in item.attrs:
         return ""
@@ -148,14 +148,14 @@ def text_attribute(item: Any, name: str) -> str:
 
 
 def numbers(data: Any, name: str, memory: Memory, filters: Collection[int] = frozenset(PACKED_BY)) -> NDArray[Any]:
-    """All numbers of an array that somebody else wrote, after a look at what they take and that they are in this very file.
+    """All numbers of an array of foreign origin, after checking its size and that it is stored in this file.
 
     Parameters
     ----------
     data : h5py.Dataset
     name : str, for messages
-    memory : Memory, where they are counted
-    filters : those by which it may be packed
+    memory : Memory that they count against
+    filters : allowed compression filters
 
     Raises
     ------
@@ -173,7 +173,7 @@ def numbers(data: Any, name: str, memory: Memory, filters: Collection[int] = fro
 
 
 def text_of(item: Any, name: str) -> str | None:
-    """A short text of a fixed length that an attribute holds, None where it holds another thing."""
+    """A short fixed-length text attribute; None if it is of another kind."""
     if name not in item.attrs:
         return None
     attribute = item.attrs.get_id(name)
@@ -186,8 +186,8 @@ def text_of(item: Any, name: str) -> str | None:
 def attributes(
     item: Any, known: Mapping[str, tuple[int, ...]], most: int, optional: Collection[str] = ()
 ) -> dict[str, Any]:
-    """name -> value of attributes, texts as str: all known ones but optional ones and no others, of these shapes and at most so
-    many bytes.
+    """name -> value of attributes, texts as str: exactly the known ones (optional ones may be absent), with these shapes and at
+    most `most` bytes.
 
     A text of any length is not even looked at, because HDF5 may search a damaged heap for it for ever.
     """
@@ -209,7 +209,7 @@ def attributes(
 
 
 def values_of(item: Any) -> dict[str, Any]:
-    """name -> value of all attributes, texts as str; of a file that is rsc's own or was looked at."""
+    """name -> value of all attributes, texts as str; only for files written by rsc or already checked."""
     values = {}
     for name in item.attrs:
         kind = item.attrs.get_id(name).get_type()
@@ -222,14 +222,14 @@ def values_of(item: Any) -> dict[str, Any]:
 
 
 def look_at(file: h5py.File, table: Mapping[str, Array], size: int, unwritten: int = 0, most: int = MOST_NAMES) -> dict[str, int]:
-    """Refuse an open file that does not hold exactly the arrays of a table.
+    """ValueError for an open file that does not contain exactly the arrays of a table.
 
     Parameters
     ----------
     file : h5py.File
     table : name -> Array; a group stands in the names, as in "checkpoint/x"
     size : int, bytes of the file
-    unwritten : int, bytes of an array that may be declared and not yet written, of a file that somebody still writes
+    unwritten : int, bytes of an array that may be declared but not yet written, in a file still being written
     most : int, names in one place
 
     Returns
@@ -280,7 +280,7 @@ def _refuse_other_kind(name: str, data: h5py.Dataset, array: Array) -> None:
 
 
 def read(file: h5py.File, name: str) -> NDArray[Any]:
-    """The values of an array that was looked at; texts, as bytes in UTF-8, must be printable, since people will see them."""
+    """The values of a checked array; texts (bytes in UTF-8) must be printable, since they will be displayed."""
     values = file[name][()]
     if values.dtype.kind == "S" and not _plain(values):
         for text in set(values.ravel().tolist()):
@@ -289,12 +289,12 @@ def read(file: h5py.File, name: str) -> NDArray[Any]:
 
 
 def _plain(values: NDArray[Any]) -> bool:
-    """Whether texts have printable characters of ASCII alone."""
+    """Whether texts contain only printable ASCII characters."""
     letters = np.ascontiguousarray(values).reshape(-1).view(np.uint8)
     return not np.any((letters > 126) | ((letters < 32) & (letters != 0)))
 
 
 def refuse_unprintable(name: str, *texts: str) -> None:
-    """Texts that would break the line of a message, or that a terminal takes for commands."""
+    """ValueError for texts that would break the line of a message or that a terminal would interpret."""
     if not all(text.isprintable() for text in texts):
         raise ValueError(f"{name} is no line of text")

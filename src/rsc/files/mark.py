@@ -1,7 +1,7 @@
-"""The mark in a file that rsc wrote: a SHA-256 of all the rest of the file.
+"""The mark in a file written by rsc: a SHA-256 of the rest of the file.
 
-By it rsc knows later that it wrote the file and that nobody has changed it since; only then it may be replaced. Each format has
-the mark where its readers pass over it. A table as CSV has no such place: its mark is a small hidden file next to it.
+It shows that rsc wrote the file and nobody has changed it since; only then it may be replaced. Each format has the mark where its
+readers skip it. A CSV table has no such place: its mark is a small hidden file next to it.
 """
 
 import hashlib
@@ -14,17 +14,17 @@ from typing import BinaryIO
 
 _TOLD = "Written by rsc, which replaces this file only if nothing else in it was changed: sha256"
 _NO_DIGEST = "0" * 64
-_PIECE = 2**20  # bytes that are read at once
+_PIECE = 2**20  # bytes read at a time
 _BESIDE = re.compile(rb"[^\n]{1,200}: written by rsc, sha256 ([0-9a-f]{64})\n")
 
 
 @dataclass(frozen=True)
 class Format:
-    """Where the files of a format carry the mark.
+    """Where files of a format contain the mark.
 
-    piece : function of the digest, the bytes of the mark; None for a mark in a file of its own
-    behind : int, bytes of the format that stand behind the mark
-    ready : function of the content without mark, which makes room for one
+    piece : function of the digest that returns the bytes of the mark; None for a mark in a separate file
+    behind : int, bytes of the format after the mark
+    ready : function that prepares the content without mark for one
     """
 
     piece: Callable[[str], bytes] | None
@@ -40,7 +40,7 @@ class Format:
         return content[:place] + self.piece(hashlib.sha256(content).hexdigest()) + content[place:]
 
     def is_marked(self, file: BinaryIO, size: int) -> bool:
-        """Whether an open file of this size carries the mark of its content."""
+        """Whether an open file of this size contains the mark of its content."""
         if self.piece is None:
             return False
         before = size - self.behind - len(self.piece(_NO_DIGEST))
@@ -53,7 +53,7 @@ class Format:
 
 
 def _digest_of(file: BinaryIO, count: int) -> "hashlib._Hash":
-    """SHA-256 of the next so many bytes of a file."""
+    """SHA-256 of the next `count` bytes of a file."""
     digest = hashlib.sha256()
     while count > 0 and (part := file.read(min(count, _PIECE))):
         digest.update(part)
@@ -62,18 +62,18 @@ def _digest_of(file: BinaryIO, count: int) -> "hashlib._Hash":
 
 
 def name_beside(name: str) -> str:
-    """Name of the file with the mark of a file that has no place for it."""
+    """Name of the separate file with the mark of a file."""
     return f".{name}.rsc"
 
 
 def text_beside(name: str, content: bytes) -> bytes:
-    """What the file with the mark of another one holds."""
+    """Content of the separate file with the mark of another one."""
     shown = "".join(c if c.isprintable() else "?" for c in name)[:50]
     return f"{shown}: written by rsc, sha256 {hashlib.sha256(content).hexdigest()}\n".encode("utf-8", "replace")
 
 
 def digest_beside(text: bytes) -> str | None:
-    """The digest that a file with the mark of another one holds; None of any other file."""
+    """The digest in a separate mark file; None for any other file."""
     whole = _BESIDE.fullmatch(text)
     return whole[1].decode() if whole else None
 
@@ -100,7 +100,7 @@ def _extension(digest: str) -> bytes:
 
 
 def _with_room_for_a_comment(archive: bytes) -> bytes:
-    """An archive whose end foretells the length of the comment that will follow."""
+    """An archive whose end record has the length of the comment that will follow."""
     return archive[:-2] + struct.pack("<H", len(ZIP.piece(_NO_DIGEST)))  # type: ignore[misc]
 
 
@@ -110,7 +110,7 @@ PDF = Format(_line("% {}\n"))
 SVG = HTML = Format(_line("<!-- {} -->\n"))
 TOML = Format(_line("# {}\n"))
 JSON = Format(_line(', "mark": "{}"'), behind=1)  # of an object that is not empty
-HDF5 = Format(_line("\n{}\n"))  # behind what HDF5 counts as the file
+HDF5 = Format(_line("\n{}\n"))  # after the end of the HDF5 data
 ZIP = Format(_line("{}"), ready=_with_room_for_a_comment)  # the comment of the archive
 CSV = Format(None)
 PICTURES = {".png": PNG, ".pdf": PDF, ".svg": SVG}

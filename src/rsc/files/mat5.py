@@ -1,4 +1,4 @@
-"""Real dense and sparse matrices, and structs of them, of a MAT-file of level 5 (MATLAB -v6 and -v7), which may be damaged.
+"""Reader of real dense and sparse matrices, and structs of them, from possibly damaged MAT-files of level 5 (-v6, -v7).
 
 scipy.io.loadmat crashed the process on damaged files, so the few parts needed here are read with every length checked before it
 is used. Format: MathWorks, "MAT-File Format", level 5.
@@ -16,15 +16,15 @@ _STRUCT, _SPARSE, _DENSE = 2, 5, range(6, 16)  # array classes
 _COMPLEX, _LOGICAL = 0x08, 0x02  # flags
 _HEAD = 1024  # bytes of a variable that hold its flags, shape and name
 _MOST = 32 * 2**20  # bytes of one variable, unless the caller takes more
-_MOST_FIELDS, _DEEPEST = 1000, 8  # variables of a file or fields of a struct, and structs in structs
+_MOST_FIELDS, _DEEPEST = 1000, 8  # variables of a file or fields of a struct; nesting depth of structs
 
 
 class MatError(ValueError):
-    """A file that is no MAT-file of level 5, or damaged."""
+    """Not a MAT-file of level 5, or damaged."""
 
 
 class _Elements:
-    """The data elements of a buffer, one after the other."""
+    """Iterates over the data elements of a buffer."""
 
     def __init__(self, content, order, padded=True):
         self.content, self._order, self._padded, self.place = content, order, padded, 0
@@ -33,7 +33,7 @@ class _Elements:
         return self.place < len(self.content)
 
     def next(self):
-        """(type, content) of the next element; MatError when its length does not fit."""
+        """(type, content) of the next element; MatError if its length does not fit."""
         if self.place + 8 > len(self.content):
             raise MatError("an element is cut off")
         kind, length = struct.unpack_from(self._order + "II", self.content, self.place)
@@ -109,7 +109,7 @@ def read_mat5(content, most=_MOST):
 
 
 def _unpacked(packed, length, most, complete=False):
-    """The first `length` bytes of a compressed element, or all of it, which must be as many and have the right checksum."""
+    """The first `length` bytes of a compressed element, or (complete) all of it, with a check of length and checksum."""
     if length > most:
         raise MatError(f"a variable is larger than {most // 2**20} MB, what is left for all that are read")
     unpacker = zlib.decompressobj()
@@ -123,7 +123,7 @@ def _unpacked(packed, length, most, complete=False):
 
 
 def _header(parts, named=True):
-    """(shape or None, name, class) that a variable begins with; a field of a struct has no name of its own."""
+    """(shape or None, name, class) from the start of a variable; fields of structs are unnamed."""
     flags = parts.numbers((6,))
     shape = tuple(int(n) for n in parts.numbers((5,)))
     name = bytes(parts.numbers((1, 2))).decode("ascii", "replace")

@@ -1,16 +1,16 @@
-"""The memory that readers of data files may take: what will be held is counted before anything of it is read."""
+"""Memory limit for readers of data files: what will be held is counted before it is read."""
 
 MOST_FILE = 2**29  # bytes of a file
-MOST = 2**30  # bytes of the numbers that are taken from it
+MOST = 2**30  # bytes of the numbers read from it
 NUMBER = 8  # bytes of a float64, which every number becomes
 
 
 class TooLarge(ValueError):
-    """Why the numbers of a file are not read, in one line without the file's name."""
+    """The numbers of a file need too much memory; one-line message without the file name."""
 
 
 class Memory:
-    """What is left of the bytes that one file may take.
+    """The remaining memory budget of one file.
 
     Parameters
     ----------
@@ -22,12 +22,12 @@ class Memory:
         self.most = self.left = most
 
     def take(self, what: str, count: int, width: int = NUMBER) -> None:
-        """Count numbers that will be held.
+        """Count numbers that will be held in memory.
 
         Parameters
         ----------
         what : str
-            Whose numbers they are, for the message.
+            What the numbers are, for the message.
         count : int
             How many.
         width : int
@@ -36,7 +36,7 @@ class Memory:
         Raises
         ------
         TooLarge
-            Where they do not fit beside what was taken before.
+            They do not fit into the remaining budget.
         """
         wanted = count * max(width, NUMBER)
         if wanted > self.left:

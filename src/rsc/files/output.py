@@ -1,8 +1,8 @@
-"""Files that rsc writes: all of them are looked at before anything is computed, and nothing of the user's is replaced.
+"""Output files: all are checked before anything is computed, and no file of the user is replaced.
 
-A name may be new, that of an empty file, or that of a file which rsc wrote in the same format and nobody changed since
-(`rsc.files.mark`). Links, folders, pipes and devices are refused even where everything else is to be replaced: as the
-administrator a rename would replace a device of the system by a result.
+A name may be new, or that of an empty file, or of a file that rsc wrote in the same format and nobody has changed since
+(`rsc.files.mark`). Links, folders, pipes and devices are refused even with overwrite: for an administrator, renaming would
+replace a system device by a result.
 """
 
 import contextlib
@@ -36,7 +36,7 @@ def place(path: str | os.PathLike[str]) -> Path:
     Raises
     ------
     DataError
-        No name for a file, or the name of what is none.
+        Not a file name, or the name of something that is not a regular file.
     """
     path, name = Path(path), one_line(path)
     if not path.name:
@@ -55,14 +55,14 @@ def place(path: str | os.PathLike[str]) -> Path:
 
 
 def refuse_foreign(path: Path) -> None:
-    """DataError for a file that rsc did not write, or that was changed since."""
+    """DataError for a file that rsc did not write or that was changed since."""
     raise DataError(one_line(path), f"cannot be written ({FOREIGN}; {FORCED})")
 
 
 def target(path: str | os.PathLike[str], format: Format, overwrite: bool = False) -> Path:
     """The path, if a file of this format may be written there.
 
-    overwrite : bool, also in the place of a file that rsc did not write
+    overwrite : bool, allow replacing a file that rsc did not write
 
     Raises
     ------
@@ -82,7 +82,7 @@ def target(path: str | os.PathLike[str], format: Format, overwrite: bool = False
 
 
 def _is_own(path: Path, format: Format) -> bool:
-    """Whether a file is absent, empty, or as rsc wrote it."""
+    """Whether a file is absent, empty, or unchanged since rsc wrote it."""
     with _opened(path) as file:
         size = os.fstat(file.fileno()).st_size if file else 0
         if not file or not size:
@@ -94,7 +94,7 @@ def _is_own(path: Path, format: Format) -> bool:
 
 
 def _digest(beside: Path) -> str | None:
-    """The digest that a file with a mark holds."""
+    """The digest in a separate mark file."""
     return digest_beside(_content(beside) or b"")
 
 
@@ -106,7 +106,7 @@ def _content(path: Path) -> bytes | None:
 
 @contextlib.contextmanager
 def _opened(path: Path) -> Iterator[BinaryIO | None]:
-    """A file for reading, None where there is none; a link is not followed."""
+    """Open a file for reading, None if absent; links are not followed."""
     try:
         with contextlib.ExitStack() as stack:
             file = None
@@ -119,15 +119,15 @@ def _opened(path: Path) -> Iterator[BinaryIO | None]:
 
 
 def put(path: str | os.PathLike[str], content: bytes | memoryview, format: Format, overwrite: bool = False) -> None:
-    """Write a small file with its mark, as a whole; arguments and errors as `target` and `put_all`."""
+    """Write a small file with its mark atomically; arguments and errors as for `target` and `put_all`."""
     put_all([OutputFile(Path(path), bytes(content), format)], overwrite)
 
 
 def put_all(outputs: Sequence[OutputFile], overwrite: bool = False) -> None:
-    """Write small files with their marks, all of them or none.
+    """Write small files with their marks, all or none.
 
-    Every file has its name when all files are written, and until then a private one in the same folder; what a kill left there
-    earlier is removed.
+    Files have private names in the same folder until all are written, and then get their final names; remains of killed processes
+    are removed.
 
     Raises
     ------
@@ -165,7 +165,7 @@ def _failing(path: Path) -> Iterator[None]:
 
 
 def folder(path: str | os.PathLike[str]) -> Path:
-    """The folder, made when missing and proved writable before anything is computed; DataError when that is impossible."""
+    """The folder, created if missing and tested to be writable before anything is computed; DataError otherwise."""
     if not os.fspath(path):
         raise DataError("''", "cannot be written (it is not the name of a folder)")
     path = Path(path)

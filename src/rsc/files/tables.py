@@ -19,10 +19,10 @@ SHOWN = 20  # rows in a notebook
 
 @dataclass(frozen=True)
 class Table:
-    """Rows below named columns; a column's name ends with its unit.
+    """A table with named columns; a column name ends with its unit.
 
     columns : tuple of str
-    rows : sequence of sequences, a value for each column
+    rows : sequence of sequences, one value per column
     """
 
     columns: tuple[str, ...]
@@ -35,14 +35,14 @@ class Table:
         return pandas.DataFrame.from_records(list(map(tuple, self.rows)), columns=list(self.columns))
 
     def to_csv(self, path: str | os.PathLike[str], overwrite: bool = False) -> None:
-        """Write the table as CSV, numbers with all their digits, and `.NAME.rsc`, by which rsc knows later that it wrote it.
+        """Write the table as CSV with all digits, and `.NAME.rsc`, by which rsc later recognises the file as its own.
 
-        overwrite : bool, also in the place of a file that rsc did not write, or that was changed since
+        overwrite : bool, allow replacing a file that rsc did not write or that was changed since
 
         Raises
         ------
         DataError
-            The file cannot be written, or such a file has this name.
+            The file cannot be written, or such a file exists and overwrite is false.
         """
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
@@ -55,7 +55,7 @@ class Table:
 
 
 def html(columns: Sequence[str], rows: Sequence[Sequence[str]], number: int | None = None) -> str:
-    """A small HTML table of texts, which are escaped; of a longer one the number of rows is told."""
+    """A small HTML table of escaped texts; number: total number of rows, stated if larger."""
     head = "".join(f"<th>{escape(cell)}</th>" for cell in columns)
     body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
     more = f"<p>{len(rows)} of {number} rows</p>" if number is not None and number > len(rows) else ""

@@ -1,8 +1,8 @@
-"""Files written as a whole, into folders that others may write too: a name stands for all of a file or does not exist.
+"""Atomic writing of files, also in folders that others may write: a file name exists only with complete content.
 
-Content goes into a new file of a random name in the same folder, which takes its name once all of it is on the disk. Links are
-neither followed nor replaced. Whoever writes holds a lock on his private file: what nobody holds was left by a process that died,
-and the next one removes it.
+Content is written to a new file with a random name in the same folder, which is renamed once it is on the disk. Links are neither
+followed nor replaced. The writer holds a lock on its private file: a file without lock was left by a process that died, and is
+removed by the next one.
 """
 
 import contextlib
