@@ -10,6 +10,7 @@ from rsc.errors import SolverError
 from rsc.kernel import facts
 from rsc.kernel import model as kernel
 from rsc.kernel.contact import BACKWARD, CLIPPED, FORWARD
+from rsc.kernel.flight import DOUBTFUL
 from rsc.simulation.pack import first_step
 
 LARGEST_COUNT = 2**62
@@ -69,6 +70,8 @@ def _problem(work, checkpoint, scene, packed):
     if count[kernel.SAMPLES] != checkpoint["rows"][0]:
         return "its samples are not those of the file"
     stretches = work.stretch.reshape(len(packed.model.contacts), -1)
+    if packed.model.flight and real[kernel.FLIGHT] not in range(int(DOUBTFUL), packed.model.flight.count + 1):
+        return "it flies in blocks of a length that there is not"
     if not all(_stretch_is_possible(own, packed.model, real[kernel.T_HI]) for own in stretches):
         return "its stretch of the run is not the one that its time is in"
     if not _time_is_possible(work, scene, packed, code):
