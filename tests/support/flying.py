@@ -34,7 +34,9 @@ FLYING = {
 
 KINDS = {
     "full matrices": FLYING,
-    "no coupling": changed(FLYING, rotor={"gyroscopic": None, **matrices(coupled=0.0)}, start={"rotor": [[0.0, 1e-5], [0.0, 0.0], [0.0, 0.0]]}),
+    "no coupling": changed(
+        FLYING, rotor={"gyroscopic": None, **matrices(coupled=0.0)}, start={"rotor": [[0.0, 1e-5], [0.0, 0.0], [0.0, 0.0]]}
+    ),
     "springs by component": changed(
         FLYING,
         rotor={"skew_stiffness": [[200.0, 50.0, 0.0], [50.0, -300.0, 0.0], [0.0, 0.0, 0.0]]},
@@ -46,7 +48,7 @@ KINDS = {
 }  # fmt: skip
 
 
-class grounded:  # noqa: N801 - read as a statement
+class grounded:
     """Where no scene flies: `with grounded(): ...`."""
 
     def __enter__(self):

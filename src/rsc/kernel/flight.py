@@ -6,11 +6,11 @@ block of length H has five nodes t + m H/4. With f the polynomial of degree 4 th
     x(tau) = a x_0 + b v_0 + sum_m A_m f_m,    v(tau) = a' x_0 + b' v_0 + sum_m B_m f_m                                   (F)
 
 are exact for any tau; the weights come from `rsc.simulation.flight`. The f_m depend on v, and with springs by component on x, at
-the nodes: they are found by sweeps, each of which takes (F) to one node after the other. The error is that of the degree: the part
-of degree 4 of f, taken to the end of the block.
+the nodes: they are found by sweeps, each of which takes (F) to one node after the other. The error is that of the degree: the
+part of degree 4 of f, taken to the end of the block.
 
-Blocks begin and end on the grid of units (`model.FlightData`). What is decided depends on the state and on the length reached, and
-that is kept, so a run that is cut anywhere has the same bits.
+Blocks begin and end on the grid of units (`model.FlightData`). What is decided depends on the state and on the length reached,
+which is kept, so a run that is cut anywhere has the same bits.
 """
 
 import math
@@ -71,13 +71,32 @@ class Open(NamedTuple):
     law: object
 
 
-class Reach(NamedTuple):
-    """How far the deflection of a contact comes near a target, squares in m^2: at and behind it, at and before it, and what modes may
-    add that ring faster."""
+class Records(NamedTuple):
+    """What is written during a flight."""
 
-    behind: float
-    before: float
-    hidden: float
+    where: object  # Output
+    stretch: tuple  # a Stretch of each contact
+    each: tuple  # an Open of each
+
+
+class Reach(NamedTuple):
+    """How far the deflection of a contact reaches near the end of a unit, squares in m^2."""
+
+    behind: float  # there, and on the way to the next
+    before: float  # there, and on the way from the last
+    hidden: float  # what modes may add that ring faster
+
+
+class Block(NamedTuple):
+    """An attempted block."""
+
+    first: int  # row of the weights of its first unit
+    number: int  # of the unit at which it begins
+    units: int
+    nodes: Nodes
+    end: tuple  # (x, v)
+    error2: float  # square of the error norm, infinite where the sweeps do not converge
+    clear: int  # units until a contact may begin
 
 
 class Landing(NamedTuple):
@@ -224,10 +243,11 @@ def _energy(con, x, v):
 
 
 @inlined
-def _work(con, first, begin, end, nodes):
-    """(work of the dampers, `vec.product` of what is put in) over a block between two states: the force is its polynomial, so the
+def _work(con, block, begin):
+    """(work of the dampers, `vec.product` of what is put in) over a block from (x, v): the force is its polynomial, so the
     integrals of v times it are exact, and what the springs and dampers of a coordinate took is what its energy lacks."""
-    x, v = begin
+    (x, v), nodes, end = begin, block.nodes, block.end
+    first = block.first - ROWS_OF_NUMBER * NODES
     fed = vec.product(x, 0.0 * x)
     damping = _energy(con, end[0], end[1]) - _energy(con, x, v)
     for m in range(NODES):
@@ -292,6 +312,12 @@ def _state(con, first, unit, begin, force):
 
 
 @static
+def laws_of(each):
+    """The laws of all contacts."""
+    return () if is_none(each) else (each[0].law,) + laws_of(each[1:])
+
+
+@static
 def _zeros(contacts):
     return () if is_none(contacts) else (0.0,) + _zeros(contacts[1:])
 
@@ -305,24 +331,21 @@ def _opened(each):
 
 
 @inlined
-def _recorded(con, laws, each, where, stretch, tally, start, block, sample):
-    """Add every unit of a block to the facts of the stretches and write its samples; (Point at its end, next sample).
-
-    block = row of the first unit, forces at the nodes, number of the unit at which it begins, units, clock at its end.
-    """
-    first, force, begin_unit, units, clock_end = block
-    flight, begin, before = con.flight, start, tally.work.friction
-    for unit in range(units):
-        x, v = _state(con, first, unit, (begin.x, begin.v), force)
-        tau, number = (unit + 1.0) / flight.unit_rate, begin_unit + unit + 1
-        c, turn = begin.clock, turn_for_all(con.contacts, begin.clock, tau, (x, v))
+def _recorded(con, records, tally, begin, block, clock_end, sample):
+    """Add every unit of a block to the facts of the stretches and write its samples; (Point at its end, next sample)."""
+    flight, before, laws, c = con.flight, tally.work.friction, laws_of(records.each), begin.clock
+    start, step = begin, 1.0 / flight.unit_rate
+    for unit in range(block.units):
+        x, v = _state(con, block.first, unit, (begin.x, begin.v), block.nodes.force)
+        tau, number = (unit + 1.0) / flight.unit_rate, block.number + unit + 1
+        turn = turn_for_all(con.contacts, c, tau, (x, v))
         clock = Clock(number / flight.unit_rate, 0.0, c.phase, c.speed, c.speed_rate, c.cos, c.sin, c.following, c.torque)
-        if unit == units - 1:  # with the bits of a run that goes on from there
+        if unit == block.units - 1:  # with the bits of a run that goes on from there
             clock, turn = clock_end, turn_of(clock_end)
         new = Point(x, v, clock, contact_kinematics(con.contacts, x, v, turn), start.rate_slopes)
-        add_steps(con.contacts, stretch, tally, each, start, new, before, 1.0 / flight.unit_rate)
+        add_steps(con.contacts, records.stretch, tally, records.each, start, new, before, step)
         if number == sample * flight.per_sample:
-            save_sample(con, laws, where, sample, begin.clock, (x, v), turn)
+            save_sample(con, laws, records.where, sample, c, (x, v), turn)
             sample += 1
         start = new
     return start, sample
@@ -368,74 +391,78 @@ def after_step(flight):
     return DOUBTFUL if flight <= ERRED else READY
 
 
+@inlined
+def _shorter(con, length, most):
+    """The longest length below one whose units are at most `most`, -1 for none."""
+    length -= 1
+    while length >= 0 and con.flight.shortest << length > most:
+        length -= 1
+    return length
+
+
+@inlined
+def _block(con, laws, point, number, length, reach):
+    """The Block of a length from a Point, and the evaluations of the forces that it takes."""
+    x, v, clock, data = point.x, point.v, point.clock, con.flight
+    units, first = data.shortest << length, rows_before(length, data.shortest)
+    first_unit, weight = first + ROWS_OF_NODES, error_weight(con, x, v)
+    last, h = first_unit + ROWS_OF_STATE * (units - 1), units / data.unit_rate
+    field = field_itself(con, laws, clock)
+    nodes, calls, converged = _nodes_of(con, field, first, last, (x, v), clock, h, weight)
+    error2 = _error2(con, last, nodes.force, weight) if converged else math.inf
+    clear, end = 0, (x, v)
+    if error2 <= ALLOWED:
+        clear, end = _units_clear(con, first_unit, (x, v), clock, nodes.force, units, reach)
+        if not size_square(end[0]) <= con.divergence2:
+            clear = 0
+    return Block(first_unit, number, units, nodes, end, error2, clear), calls
+
+
+@inlined
+def _stops(con, where, tally, sample, units, left):
+    """Why a call ends before a block, or -1; left: blocks that may still be attempted."""
+    if left <= 0:
+        return RUNNING
+    return BUFFER_FULL if where.rows - (sample - where.first) < units // con.flight.per_sample + 2 else -1
+
+
 @compiled
-def fly(con, segment, where, stretch, each, start, tally, sample, flight, budget):
+def fly(con, segment, records, start, tally, sample, flight, budget):
     """Blocks of flight from a state on the grid without contact, until one of the shortest length may touch or errs too much, the
     segment ends, or the call: at most `budget` blocks are attempted and no more rows written than there are.
 
-    Parameters: Constants, the segment of the schedule, Output, Stretch, the Contact of each, a State, Tally, number of the next
-    sample, Work.real[FLIGHT]. Returns a Landing.
+    Parameters: Constants, the segment of the schedule, Records with a Contact of each, a State, Tally, number of the next sample,
+    Work.real[FLIGHT]. Returns a Landing.
     """
     aligned_stack()
-    data, each = con.flight, _opened(each)
-    laws = _laws_of(each)
-    point = Point(start.x, start.v, start.clock, start.kins, _zeros(con.contacts))
+    data, records = con.flight, Records(records.where, records.stretch, _opened(records.each))
+    laws, point = laws_of(records.each), Point(start.x, start.v, start.clock, start.kins, _zeros(con.contacts))
     length = data.count - 1 if flight == READY else max(int(flight), 1) - 1
     landed, number, spent, calls, code = LANDED, _units_at(con, point.clock), 0, 0, -1
-    while True:
-        x, v, clock = point.x, point.v, point.clock
+    while length >= 0 and tally.steps < con.max_steps:
         units = data.shortest << length
         if (number + units + 1.0) / data.unit_rate > segment.end:
-            length -= 1
-            if length < 0:
-                break
+            length = _shorter(con, length, units - 1)
             continue
-        if spent >= budget:
-            code = RUNNING
-        elif where.rows - (sample - where.first) < units // data.per_sample + 2:
-            code = BUFFER_FULL
-        reach = _reaches(con, con.contacts, 0, x, v, point.kins)
-        if code >= 0 or tally.steps >= con.max_steps:
+        code = _stops(con, records.where, tally, sample, units, budget - spent)
+        if code >= 0:
             break
+        reach = _reaches(con, con.contacts, 0, point.x, point.v, point.kins)
         if not _are_clear(con, 0, reach, reach):
             length = -1
             break
-        spent += 1
-        first = rows_before(length, data.shortest)
-        first_unit, h, weight = first + ROWS_OF_NODES, units / data.unit_rate, error_weight(con, x, v)
-        end = first_unit + ROWS_OF_STATE * (units - 1)
-        nodes, more, converged = _nodes_of(con, field_itself(con, laws, clock), first, end, (x, v), clock, h, weight)
-        calls += more
-        error2 = _error2(con, end, nodes.force, weight)
-        if not (converged and error2 <= ALLOWED):  # a NaN as well
-            length -= 1
-            if length < 0:
-                landed = ERRED
-                break
-            continue
-        clear, (x_end, v_end) = _units_clear(con, first_unit, (x, v), clock, nodes.force, units, reach)
-        if clear < units or not size_square(x_end) <= con.divergence2:
-            length -= 1
-            while length >= 0 and (data.shortest << length) > clear:
-                length -= 1
-            if length < 0:
-                break
+        block, more = _block(con, laws, point, number, length, reach)
+        spent, calls = spent + 1, calls + more
+        if block.clear < units:
+            erred = not block.error2 <= ALLOWED  # a NaN as well
+            landed, length = ERRED if erred else LANDED, _shorter(con, length, units if erred else block.clear)
             continue
         time = (number + units) / data.unit_rate
-        later = ahead(segment, clock, time - clock.hi)
-        clock_end = clock_at(segment, time, 0.0, later.phase)
-        damping, drive = _work(con, first + ROWS_OF_STATE * (NODES - 1), (x, v), (x_end, v_end), nodes)
-        block = first_unit, nodes.force, number, units, clock_end
-        point, sample = _recorded(con, laws, each, where, stretch, tally, point, block, sample)
-        tally = book_flight(tally, damping, drive)
-        number += units
-        if error2 <= DOUBLE and length < data.count - 1:
+        clock = clock_at(segment, time, 0.0, ahead(segment, point.clock, time - point.clock.hi).phase)
+        damping, drive = _work(con, block, (point.x, point.v))
+        point, sample = _recorded(con, records, tally, point, block, clock, sample)
+        tally, number = book_flight(tally, damping, drive), number + units
+        if block.error2 <= DOUBLE and length < data.count - 1:
             length += 1
     landed = landed if length < 0 else 1.0 + length
     return Landing(code, calls, spent, point.x, point.v, point.clock, tally, sample, landed)
-
-
-@static
-def _laws_of(each):
-    """The laws of all contacts."""
-    return () if is_none(each) else (each[0].law,) + _laws_of(each[1:])

@@ -12,7 +12,7 @@ from rsc.kernel.contact import CLOSING, OPEN, OPENING, classify, law_of, stays
 from rsc.kernel.control import factor, kept_between
 from rsc.kernel.drive import stands, until_knot
 from rsc.kernel.facts import add_steps, mark_all, stretches_of
-from rsc.kernel.flight import TAKE_OFF, after_step, fly, is_ready, next_time
+from rsc.kernel.flight import TAKE_OFF, Records, after_step, fly, is_ready, laws_of, next_time
 from rsc.kernel.model import (
     BUFFER_FULL,
     COUNT_OF_CONTACT,
@@ -128,12 +128,6 @@ def contacts_of(con, states):
     elif _anywhere(each, CLOSING):
         stable = con.stable_closing
     return Contacts(each, NEAR * stable)
-
-
-@static
-def laws_of(each):
-    """The laws of all contacts."""
-    return () if is_none(each) else (each[0].law,) + laws_of(each[1:])
 
 
 @static
@@ -371,11 +365,11 @@ def _is_corner(con, stage, segment):
 
 
 @static
-def _may_fly(con, flight, contacts, clock):
-    """Whether to fly from here."""
+def _or_fly(con, code, flight, contacts, clock):
+    """Reason not to attempt a step from here: `code`, or that a flight may begin."""
     if not flies(con):
-        return False
-    return _all_open(contacts.each) and is_ready(con, flight, clock)
+        return code
+    return TAKE_OFF if code < 0 and _all_open(contacts.each) and is_ready(con, flight, clock) else code
 
 
 @inlined
@@ -394,10 +388,8 @@ def walk(con, corners, where, stretch, progress, method, budget):
         if not h_search > 0.0:
             rows_left = where.rows - (sample - where.first) - h_try * con.sample_rate - 2.0
             code = _stop_before(start, h, finite, (con.max_steps - tally.steps, budget - spent, rows_left))
+            code = _or_fly(con, code, flight, contacts, start.clock)
             if code >= 0:
-                break
-            if _may_fly(con, flight, contacts, start.clock):
-                code = TAKE_OFF
                 break
         spent += 1
         new, step = _try_step(con, laws_of(contacts.each), stage, start, tally.work, h_try, method)
@@ -453,7 +445,7 @@ def _travel(con, corners, where, stretch, progress, method, budget):
         if code != TAKE_OFF:
             break
         start, contacts, h, tally, segment, i_segment, sample, finite, flight = progress
-        landing = fly(con, segment, where, stretch, contacts.each, start, tally, sample, flight, budget)
+        landing = fly(con, segment, Records(where, stretch, contacts.each), start, tally, sample, flight, budget)
         calls, budget, code = calls + landing.calls, budget - landing.spent, landing.code
         start = state_at(con, laws_of(contacts.each), segment, landing.x, landing.v, landing.clock)
         progress = Progress(start, contacts, h, landing.tally, segment, i_segment, landing.sample, finite, landing.flight)

@@ -113,7 +113,8 @@ MODEL_VECTORS, CONTACT_VECTORS, WORK_VECTORS = Model._fields[:7], ContactData._f
 
 # indices into Work.real; FLIGHT: see `flight.READY`
 (
-    T_HI, T_LO, PHASE, H, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, E_ROTATING, E_FOLLOWING, E_TORQUE, E_BRAKED, FLIGHT, N_REAL,
+    T_HI, T_LO, PHASE, H, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, E_ROTATING, E_FOLLOWING, E_TORQUE, E_BRAKED, FLIGHT,
+    N_REAL,
 ) = range(14)  # fmt: skip
 # indices into Work.count; LIMITED: steps near the limit of stability in this window, STIFF: 1 + normal state where it was found
 NORMAL, FRICTION, SAMPLES, SEGMENT, RHS_CALLS, STEPS, REJECTED, SWITCHES, ONSETS, RELEASES, LIMITED, STIFF, N_COUNT = range(13)

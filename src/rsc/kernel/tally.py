@@ -182,8 +182,8 @@ def book(con, tally, work, contacts, kins, h):
 
 @inlined
 def book_flight(tally, damping, drive):
-    """The sums after a block of flight, in which the dampers took and the drive gave these; its steps are not held by stability, so
-    that a look for stiffness begins anew."""
+    """The sums after a block of flight, in which the dampers took and the drive gave these; stability does not hold it, so that a
+    look for stiffness begins anew."""
     t, w = tally, tally.work
     damping, drive = w.damping + damping, w.drive + drive
     sums = Powers(damping, drive, w.contact, w.friction, w.ring, w.rotating, w.following, w.spin)

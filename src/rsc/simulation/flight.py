@@ -1,8 +1,8 @@
 """Who flies, and the weights of flight: exact motion of linear coordinates between contacts (`rsc.kernel.flight`).
 
-Without contact every coordinate is a damped oscillator of its own, x'' = K x + C x' + f(t), with K, C <= 0 and with everything that
-couples it to others in f. Where f is the polynomial of degree 4 through its values at five nodes of a block, x and x' at any time
-are sums of x_0, x_0' and those values; the weights depend on K, C and the lengths of block and time alone.
+Without contact every coordinate is a damped oscillator of its own, x'' = K x + C x' + f(t), with K, C <= 0 and with everything
+that couples it to others in f. Where f is the polynomial of degree 4 through its values at five nodes of a block, x and x' at any
+time are sums of x_0, x_0' and those values; the weights depend on K, C and the lengths of block and time alone.
 
 Lengths are counted in units: a unit is a sample of the output or 1/2, 1/4, ... of one. Blocks last `shortest` units or 2, 4, 8
 times as many.

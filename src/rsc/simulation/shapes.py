@@ -10,8 +10,8 @@ _ROWS = 64  # samples at a time: their numbers stay in the nearest cache
 
 
 def times(shape, rows):
-    """shape (n, m) times every row of complex numbers (k, m), (k, n), summed in one order: a matrix product's bits would depend on
-    how many rows there are."""
+    """shape (n, m) times every row of complex numbers (k, m), (k, n), summed in one order: a matrix product's bits would depend
+    on how many rows there are."""
     if not shape.size:
         return np.zeros((rows.shape[0], shape.shape[0]), dtype=complex)
     if len(shape) == 1 and shape[0, 0] == 1.0:  # normalised to its coordinate

@@ -1,14 +1,14 @@
-"""Flight between contacts: exact against matrix exponentials and the slow twin, as good as steps, the same bits however it is cut."""
+"""Flight between contacts: exact by matrix exponentials and the slow twin, as good as steps, same bits however it is cut."""
 
 from dataclasses import astuple
 
 import numpy as np
 import pytest
 import scipy.linalg
-from naive import integrate
 
 import rsc
 from flying import FLYING, KINDS, grounded, matrices
+from naive import integrate
 from rsc.kernel import model as kernel
 from rsc.scene.scene import Scene
 from rsc.simulation.flight import with_flight
