@@ -20,8 +20,8 @@ LENGTHS, UNITS = 4, 8  # lengths of blocks, and units in the longest where those
 MOST_SHORTEST = 3  # power of two of the units in the shortest block: the weights of a longest one must stay in the cache
 # times longer than a stable step the longest block would be, and has to be where a power of two or the modes cut it short
 LIMITED, LEAST = 16.0, 8.0
-CONTRACTION = 0.3  # of the sweep over the nodes, per sweep
-SWEEPS = 24  # of a random start, after which its growth tells the spectral radius
+CONTRACTION = 0.5  # of the sweep over the nodes, per sweep
+SWEEPS = 16  # of a random start, after which its growth tells the spectral radius
 GROWTH = 10.0  # of a free motion in a block
 # a fourth derivative leaves at most so much of the fourth power of a step between a motion and the cubic through its ends
 CUBIC = 1.0 / 384.0
@@ -145,7 +145,8 @@ def _weights(stiffness, damping, unit, shortest, count):
 
 def _moved(exact, free, shapes, step, places):
     """Weights (times, 14, n) of x and v at some times."""
-    by_force = exact[places][:, :, :_N_STATE, _N_STATE : _N_STATE + NODES] @ shapes  # (times, n, 2, nodes)
+    by_force = exact[:, :, :_N_STATE, _N_STATE : _N_STATE + NODES][places]  # (times, n, 2, derivatives)
+    by_force = (by_force.reshape(-1, NODES) @ shapes).reshape(by_force.shape)
     by_force *= np.array([[step**2], [step]])
     rows = np.concatenate([free[places], by_force], axis=-1)
     return rows.transpose(0, 2, 3, 1).reshape(len(places), 14, -1)
@@ -220,12 +221,11 @@ def _free(stiffness, damping, times):
 def _contracting(model, weights, shortest, count, fastest):
     """How many lengths, from the shortest on, have sweeps that converge."""
     couplings = _couplings(model, fastest)
-    if couplings is None:
-        return count
-    for j in range(count):
-        first = rows_before(j, shortest)
-        if not _radius(weights[first : first + 14 * (NODES - 1)].reshape(NODES - 1, 2, 7, -1), *couplings) <= CONTRACTION:
-            return j
+    while couplings is not None and count > 0:
+        first = rows_before(count - 1, shortest)
+        if _radius(weights[first : first + 14 * (NODES - 1)].reshape(NODES - 1, 2, 7, -1), *couplings) <= CONTRACTION:
+            break
+        count -= 1
     return count
 
 
@@ -246,12 +246,11 @@ def _couplings(model, Omega):
 def _radius(nodes, by_x, by_v):
     """Spectral radius of a sweep over the nodes, whose weights are (4, 2, 7, n), by its powers."""
     force = np.random.default_rng(1).standard_normal((NODES - 1, by_v.shape[0]))
-    force /= np.linalg.norm(force)
     weights, sizes = nodes.repeat(2, axis=-1)[:, :, 3:], []
     for _ in range(SWEEPS):
         for m in range(NODES - 1):
-            x, v = (weights[m] * force).sum(axis=1)
-            force[m] = by_v @ v if by_x is None else by_v @ v + by_x @ x
+            v = np.einsum("ki,ki->i", weights[m, 1], force)
+            force[m] = by_v @ v if by_x is None else by_v @ v + by_x @ np.einsum("ki,ki->i", weights[m, 0], force)
         sizes.append(np.linalg.norm(force))
         if not 0.0 < sizes[-1] < np.inf:
             return sizes[-1]  # nothing is left, or there is no hope
