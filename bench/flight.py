@@ -272,11 +272,7 @@ def main():
     parser.add_argument("--onsets", type=int, default=20, help="random machines whose first onsets are compared")
     parser.add_argument("--write", action="store_true", help="write bench/results/flight.md")
     options = parser.parse_args()
-    lines = [
-        "# Flight between contacts", "",
-        f"By `python bench/flight.py`, {platform.machine()}, processor time of the kernel, least of",
-        f"{options.repeats}; see its docstring. Errors are in gaps.", "",
-    ]  # fmt: skip
+    lines = [f"Processor time of the kernel, least of {options.repeats}; errors in gaps. See the docstring of the command.", ""]
     with TemporaryDirectory() as folder:
         for name, (title, scene, tolerances) in cases(folder).items():
             if options.cases is None or name in options.cases:

@@ -74,7 +74,7 @@ class Open(NamedTuple):
 class Records(NamedTuple):
     """What is written during a flight."""
 
-    where: object  # Output
+    where: object  # SampleRows
     stretch: tuple  # a Stretch of each contact
     each: tuple  # an Open of each
 

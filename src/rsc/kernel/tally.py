@@ -224,7 +224,7 @@ def count_switch(tally, inside, each, new):
     return Tally(t.work, t.contact_times, t.steps, t.rejected, switches, onsets, releases, t.limited, t.stiff)
 
 
-class Output(NamedTuple):
+class SampleRows(NamedTuple):
     """Where samples are written, a row each: x, v where it is kept, and of every contact normal force, friction force, tangential
     velocity."""
 
@@ -262,7 +262,7 @@ def turn_for_all(contacts, clock, tau, state):
 
 @inlined
 def save_sample(con, laws, where, sample, clock, state, turn):
-    """Write a state (x, v) as sample number `sample` into an Output; clock: at the begin of its step."""
+    """Write a state (x, v) as sample number `sample` into an SampleRows; clock: at the begin of its step."""
     row = (sample - where.first) * where.columns
     vec.store_at(where.base, row, state[0])
     mark_turns(con, where.base, row, clock.phase, state[0], state[1])
@@ -274,7 +274,7 @@ def save_sample(con, laws, where, sample, clock, state, turn):
 
 @inlined
 def save_samples(con, laws, where, sample, path, end, method):
-    """Write every sample time inside a step from number `sample` on into an Output; returns the next."""
+    """Write every sample time inside a step from number `sample` on into SampleRows; returns the next."""
     start, h = path.clock, path.h
     dense = dense_of(path, method)
     time = sample / con.sample_rate
