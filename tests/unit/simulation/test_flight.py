@@ -199,7 +199,7 @@ def test_scenes_without_a_fast_mode_do_not_fly(name):
 
 BAD = {
     "rate": (changed(FLYING, output={"rate": 1e6}), "output.rate"),
-    "coupling": (changed(FLYING, rotor=matrices(coupled=3000.0)), "couple"),
+    "coupling": (changed(FLYING, rotor=matrices(coupled=50000.0)), "couple"),
 }
 
 
