@@ -36,7 +36,7 @@ OUTCOMES = {
 KINDS = {
     **{f"drive: {name}": ("", pattern) for name, pattern in OUTCOMES.items()},
     "drive: after the trip": ("", r"after the trip"),
-    "drive takes": ("drive", r"takes? up to"), "drive is given": ("drive", r"gives? it up to"),
+    "drive takes": ("drive", r"rub torque on the shaft"), "drive is given": ("drive", r"the rub drives"),
     "heat and races": ("drive", r"\(heat"),
     "no backward whirl": ("whirl", r"no backward whirl"), "sliding": ("whirl", r"sliding"), "rolling": ("whirl", r"rolling"),
     "bouncing": ("whirl", r"bouncing"), "forward rub": ("whirl", r"forward rub"), "partial rub": ("whirl", r"partial rub"),

@@ -19,7 +19,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("scene", metavar="SCENE", help="a scene, or the .npz of `rsc import`: the machine before any reduction")
     parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed; by default the scene's first")
     parser.add_argument("--speeds", metavar="FROM:TO:NUMBER", help="a Campbell table over rotor speeds, with the critical speeds")
-    text = "with --speeds: Campbell picture, or its table as .csv; without: drawing and mode shapes of a shaft by its stations"
+    text = "with --speeds: Campbell diagram, or its table as .csv; without: drawing and mode shapes of a shaft by its stations"
     parser.add_argument("-o", "--output", metavar="FILE", help=text)
     parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--json", action="store_true", help=JSON)

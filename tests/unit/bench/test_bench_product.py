@@ -18,7 +18,8 @@ def test_every_combination_of_terms_is_drawn_and_is_a_scene():
 
 
 def test_kinds_of_lines_are_found():
-    lines = [("whirl", "backward whirl, rolling at seal and bush"), ("drive", "takes up to 5 W (heat 1 J, inner races 2 J)")]
+    lines = [("whirl", "backward whirl, rolling at seal and bush")]
+    lines += [("drive", "rub torque on the shaft up to 5 N m (heat 1 J, inner races 2 J)")]
     lines += [("also possible", "no contact (leaves it at 20.00 Hz after 1 s, stops after 3 s)")]
     said = {"rolling", "kinds at several contacts", "drive takes", "heat and races", "also possible", "drive: leaves it"}
     assert kinds_said(lines) == said | {"drive: stops"}

@@ -92,7 +92,7 @@ def test_predict_tells_branches_ends_and_delayed_jump_and_draws_the_map(tmp_path
     scene = str(REFERENCE / "gyroscopic_transition.toml")
     assert main(["predict", scene, "-o", str(tmp_path / "map.png")]) == 0
     text = capsys.readouterr().out
-    assert "stable (oscillatory) below 68.6021 Hz" in text and "takes over at" in text
+    assert "stable below 68.6021 Hz (flutter, Hopf)" in text and "takes over at" in text
     assert (tmp_path / "map.png").stat().st_size > 10_000
     assert main(["predict", scene, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)

@@ -106,6 +106,6 @@ def test_a_whirl_faster_than_rolling_gives_the_drive_its_energy():
     result = rsc.simulate(rsc.Scene.from_dict(pump))
     work = result.stretches().drive_work.sum()
     (line,) = [text for name, text in answer(report_of(result, lists=False)) if name == "drive"]
-    assert work < 0.0 and line.startswith("the contact gives it up to ") and "-" not in line
+    assert work < 0.0 and line.startswith("the rub drives the shaft with up to ") and "-" not in line
     told = re.search(r"; ([\d.]+) mJ over the run", line)
     assert float(told[1]) == pytest.approx(-1e3 * work, rel=0.01)

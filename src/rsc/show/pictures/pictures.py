@@ -37,7 +37,7 @@ MOST_ROWS, MOST_COLUMNS = 400, 720  # cells of the amplitudes in the page
 COLOURS = (GREEN, ORANGE, PURPLE)  # of contacts beside the one that a report is at
 MOST_STACKED, STACK_HEIGHT = 50, 0.2  # lines of a waterfall, and the highest over the vertical axis
 FREQUENCY_TITLE = "whirl frequency in Hz (backward < 0)"
-DASHES = {"stable": "solid", "touches a clearance": "dashdot", "unstable": "dash", "no circle: nothing claimed": "dot"}
+DASHES = {"stable": "solid", "touches a clearance": "dashdot", "unstable": "dash", "not circular: stability not assessed": "dot"}
 WIDER = 2.0  # times the reach without them, up to which motions that last widen it
 LEAST_PHASE = 10.0  # degrees, half the axis
 

@@ -15,7 +15,7 @@ from rsc.show.words.reasons import note, note_of_change
 from rsc.show.words.table import table
 from rsc.show.words.units import SI, column, shown_as_in, shown_in
 from rsc.show.words.verdict import sentences
-from rsc.show.words.wording import frequency_text
+from rsc.show.words.wording import cause_text, event_text, frequency_text, not_valid
 
 # rows of windows that a table shows at most; --json has them all
 MOST_ROWS = 24
@@ -123,8 +123,8 @@ def branches_cells(branches, gap):
         spans = [(b.frequency, 1.0), (b.growth_rate, 1.0), (b.amplitude, gap)]
         psi, growth, size = (_span(values[0] / unit, values[-1] / unit) for values, unit in spans)
         cells = [psi, *([together(b.pressed), *branch_cells(b)] if names else [size]), growth]
-        between = "".join(f"; {_event(event)}" for event in b.events)
-        ends = f"{b.begin.cause} and {b.end.cause}{between}{_touched(b)}"
+        between = "".join(f"; {event_text(event)}" for event in b.events)
+        ends = f"{cause_text(b.begin.cause)} to {cause_text(b.end.cause)}{between}{_touched(b)}"
         rows.append((b.label, _span(b.begin.value, b.end.value), *cells, ends))
     return header, rows
 
@@ -142,10 +142,6 @@ def _span(a, z):
     return f"{a:.5g}" if f"{a:.5g}" == f"{z:.5g}" else f"{a:.5g} .. {z:.5g}"
 
 
-def _event(event):
-    return f"{event.cause} {event.holds} {frequency_text(event.value, '.6g')}"
-
-
 def survey_text(survey):
     """Branches, forward rubs, attractors at the ends of the run, and delayed jumps."""
     gap = survey.scene.contact.gap
@@ -156,9 +152,9 @@ def survey_text(survey):
             f"there its normal force is {place.ratio:.4f} of the other's (mirror share {place.mirror_share:.2g})"
         )
     for rub in survey.rubs:
-        state = stable_stretches(rub)
+        state, ends = stable_stretches(rub), f"{cause_text(rub.begin.cause)} to {cause_text(rub.end.cause)}"
         lines.append(
-            f"forward rub {_span(rub.begin.speed, rub.end.speed)} Hz ({rub.begin.cause} to {rub.end.cause}), {state}, "
+            f"forward rub {_span(rub.begin.speed, rub.end.speed)} Hz ({ends}), {state}, "
             f"|r|/gap up to {rub.amplitude.max() / gap:.4f}"
         )
     for label, delay in survey.delays.items():
@@ -192,7 +188,7 @@ def _unclaimed(rate, touches=()):
         return touching(touches)
     if rate == 0.0:
         return "free or undamped: it neither dies away nor grows"
-    return "unstable" if rate > 0.0 else "no circle: nothing is claimed"
+    return "unstable" if rate > 0.0 else "not circular: stability not assessed"
 
 
 def stable_stretches(rub):
@@ -205,7 +201,7 @@ def stable_stretches(rub):
     if not (rub.stable.any() or touches.any()) and unclaimed.all() == unclaimed.any():
         return _unclaimed(rub.growth_rate.min())
     parts = []
-    claims = ("stable", rub.stable), ("touches a clearance", touches), ("no circle (nothing is claimed)", unclaimed)
+    claims = ("stable", rub.stable), ("touches a clearance", touches), ("not circular (stability not assessed)", unclaimed)
     for words, holds in claims:
         if not holds.any():
             continue
@@ -231,7 +227,7 @@ def _attractors(motions, gap):
 def whirls_text(whirls, gap, remarks=(), ratios=(), loads=()):
     """Table of the predicted whirls at one speed, remarks on them in words (`rsc.analysis.survey.remarks`), the force ratios of
     their pairs (`rsc.analysis.lines.force_ratio`), and what each takes from a drive with a torque (`rsc.system.held`)."""
-    header = ("speed Hz", "Psi Hz", "|r|/gap", "|s|/gap", "F_N N", "growth 1/s", "stable", "1X/gap", "2Psi-1X/gap", "fails")
+    header = ("speed Hz", "Psi Hz", "|r|/gap", "|s|/gap", "F_N N", "growth 1/s", "stable", "1X/gap", "2Psi-1X/gap", "not valid")
     rows = [
         (
             f"{w.speed:.4g}",
@@ -243,7 +239,7 @@ def whirls_text(whirls, gap, remarks=(), ratios=(), loads=()):
             claim(w),
             f"{w.synchronous.consistent.amplitude / gap:.4f}",
             f"{w.synchronous.consistent.mirror_amplitude / gap:.4f}",
-            ", ".join(w.violated) or "-",
+            not_valid(w),
         )
         for w in whirls
     ]

@@ -12,6 +12,46 @@ MOST_STRETCHES = 3
 NAMES = {"": "no whirl", "roll": "rolling", "forward rub": "forward rub", "no contact": "no contact"}
 
 
+# side condition (`rsc.analysis.paper.whirls.side_conditions`) -> what is wrong with a whirl for which it does not hold
+NOT_VALID = {
+    "psi_real": "at its fold",
+    "normal_force_positive": "contact in tension",
+    "asynchronous_force_dominates": "force below 3 times that of the unbalance",
+    "rotor_amplitude_exceeds_gap": "orbit smaller than clearance",
+    "sliding": "does not slide forward",
+    "contact_stiff_enough": "contact too soft",
+    "nearly_circular": "orbit not circular",
+    "within_clearances": "touches a clearance",
+}
+# cause of an event (`rsc.analysis.lines.events`) -> its name, as of a mark in a picture
+CAUSES = {
+    "fold of two roots": "fold (limit point)",
+    "fold of two forward rubs": "fold (limit point)",
+    "end of the range": "end of range",
+    "normal force positive": "contact pressed",
+    "|r_R| above the gap": "orbit larger than clearance",
+    "stable (creeping)": "loss of stability (real eigenvalue)",
+    "stable (oscillatory)": "flutter (Hopf)",
+}
+LOSSES = {"stable (creeping)": "real eigenvalue", "stable (oscillatory)": "flutter, Hopf"}
+
+
+def not_valid(whirl):
+    """Why the solution for a whirl is not valid, in words; "-" where every side condition holds."""
+    return ", ".join(NOT_VALID[name] for name in whirl.violated) or "-"
+
+
+def cause_text(cause):
+    """The cause of an event of a branch in words."""
+    return CAUSES.get(cause, cause)
+
+
+def event_text(event):
+    """An event of a branch in words, with its speed: on which side of it the condition holds."""
+    at = f"{event.holds} {frequency_text(event.value, '.6g')}"
+    return f"stable {at} ({LOSSES[event.cause]})" if event.cause in LOSSES else f"{cause_text(event.cause)} {at}"
+
+
 def whirl_name(label):
     """A predicted motion by its label, in words."""
     return NAMES.get(label, f"whirl {label}")

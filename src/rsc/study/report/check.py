@@ -302,7 +302,7 @@ def _directions_remarks(whirl_branches: list[Branch]) -> list[str]:
         if shares:
             remarks.append(
                 f"whirl {branch.label}: directions differ, its mirror line has {100 * min(shares):.1f} to "
-                f"{100 * max(shares):.1f} % of it; above 10 % it is no circle, and nothing is claimed of it"
+                f"{100 * max(shares):.1f} % of it; above 10 % it is not circular and its stability is not assessed"
             )
     return remarks
 
