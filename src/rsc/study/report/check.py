@@ -1,4 +1,4 @@
-"""The main job: simulate a scene, predict it, compare the two."""
+"""Simulate a scene, predict its whirls and compare both."""
 
 import os
 from collections.abc import Callable
