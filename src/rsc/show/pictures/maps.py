@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from rsc.show.pictures.settings import default_settings
+
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
@@ -30,7 +32,6 @@ from rsc.show.pictures.axes import (
     legend_below,
     new_figure,
 )
-from rsc.show.pictures.settings import default_settings
 from rsc.show.words.units import largest_finite, unit_for
 from rsc.show.words.wording import frequency_text, motion_name
 

@@ -5,6 +5,8 @@ import io
 from html import escape
 from pathlib import Path
 
+from rsc.show.pictures.settings import default_settings
+
 import numpy as np
 
 from rsc.errors import one_line
@@ -12,7 +14,6 @@ from rsc.files.mark import HTML
 from rsc.files.output import OutputFile
 from rsc.show.page import head, made
 from rsc.show.page.sections import answers, table
-from rsc.show.pictures.settings import default_settings
 from rsc.show.sweeps import pictures as sweep_pictures
 from rsc.show.sweeps import words as sweep_words
 

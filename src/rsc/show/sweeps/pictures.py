@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from rsc.show.pictures.settings import default_settings
+
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -15,7 +17,6 @@ from rsc.results.labelled import Labelled
 from rsc.scene.scene import Scene
 from rsc.show.pictures import maps, plots
 from rsc.show.pictures.maps import Curve, Panel, Side
-from rsc.show.pictures.settings import default_settings
 from rsc.show.sweeps.words import WHIRL, danger_words, set_words
 
 LARGEST = 1e100  # number that an axis can carry: widths and squares of it are finite
