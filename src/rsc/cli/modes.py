@@ -30,6 +30,7 @@ def modes_command(options: argparse.Namespace) -> int:
     from rsc.analysis.alone.modes import modes
     from rsc.show.pictures.modes import SHOWN, campbell_text, modes_text
     from rsc.show.words.text import plain
+    from rsc.show.words.wording import sentence_in_units
     from rsc.study.prediction.predictions import turned_forward
     from rsc.study.prediction.reductions import mode_remarks
 
@@ -45,7 +46,8 @@ def modes_command(options: argparse.Namespace) -> int:
         scene, (speed,) = turned_forward(scene, [speed], note)
         made = modes(scene, speed)
         told = [] if options.json else mode_remarks(scene, made, SHOWN)
-        print(json.dumps(plain(made)) if options.json else "\n\n".join([modes_text(made, scene.title), *told]))
+        texts = [modes_text(made, scene.title), *map(sentence_in_units, told)]
+        print(json.dumps(plain(made)) if options.json else "\n\n".join(texts))
         if options.output is not None:
             _draw(scene, speed, options)
         return OK
