@@ -1,4 +1,4 @@
-"""`rsc import`: a finite-element model into a file beside a scene, and a scene to begin with."""
+"""`rsc import`: store a finite-element model next to a new scene."""
 
 import math
 import os
@@ -82,7 +82,7 @@ def import_model(
     watched: Sequence[RadialGap] = (),
     overwrite: bool = False,
 ) -> str:
-    """Write a model beside a scene.
+    """Write a model and a scene that refers to it.
 
     Parameters
     ----------
@@ -133,6 +133,8 @@ def import_model(
     if model.knots is not None:
         low, high = model.knots.speed[[0, -1]] / (2.0 * np.pi)
         notes += (f"coefficients follow the rotor speed from {low:g} to {high:g} Hz and are constant beyond.",)
+    elif whole.rotating_damping is None and not whole.gyroscopic.diagonal().any():
+        notes += ("nothing depends on the rotor speed.",)
     written, digest = stored(model, file)
     told = "".join(f"\n{one_line(note)}" for note in notes)
     words = {"file": toml_value(file.name), "digest": digest, "contact": _toml(contact), "bearings": _bearing_lines(coefficients)}
@@ -222,7 +224,7 @@ def _clearances(gaps: Sequence[RadialGap]) -> str:
 
 
 def _names(gaps: Sequence[RadialGap]) -> list[str]:
-    """Names of gaps by their nodes; two at one node of the shaft are told apart by their outer ones."""
+    """Names of gaps by their nodes; two at one node of the shaft are distinguished by their outer nodes."""
     inner = [gap.inner for gap in gaps]
     return [f"node_{gap.inner}" + (f"_{gap.outer}" if inner.count(gap.inner) > 1 else "") for gap in gaps]
 
@@ -265,7 +267,7 @@ def guesses(model: FiniteElementModel, body: Body) -> dict[str, float]:
 
 
 def _guesses(model: FiniteElementModel, body: Body, first: Any, unbalance: int | str | None) -> dict[str, Any]:
-    """What the scene to begin with needs beside rotor and contact."""
+    """The tables of a new scene other than rotor and contact."""
     return guesses(model, body) | {
         "title": toml_value(one_line(Path(model.source).stem)[:80]),
         "source": one_line(model.source)[:100],

@@ -1,5 +1,6 @@
 """The command line as a user meets it: exit codes, what is printed, what is written."""
 
+import argparse
 import json
 import signal
 import subprocess
@@ -163,3 +164,13 @@ def test_ctrl_c_keeps_a_readable_partial_result(scene, capsys):
     assert process.wait(timeout=20.0) == 130
     assert main(["info", "run.h5"]) == 0
     assert "interrupted" in capsys.readouterr().out
+
+
+def test_options_with_units_are_read_by_the_rule_of_scenes():
+    from rsc.cli.common import in_hertz, in_si
+
+    assert in_si("impulse")("2 lbf s") == pytest.approx(2 * 0.45359237 * 9.80665) and in_si("impulse")("0.5") == 0.5
+    assert in_hertz("3000 rpm") == 50.0
+    for text in ("3 mm", "3,5 N s", "1/2"):
+        with pytest.raises(argparse.ArgumentTypeError, match="must be a number in N s"):
+            in_si("impulse")(text)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from rsc.files.memory import Memory
 from rsc.measured.channel import Channel, NoColumns, Recording
-from rsc.measured.formats.rows import LONGEST_LINE, NUMBER, PARTED, RowForm, columns_of, fields, form_of, numbers_in
+from rsc.measured.formats.rows import LONGEST_LINE, MOST_COLUMNS, NUMBER, PARTED, RowForm, columns_of, fields, form_of, numbers_in
 from rsc.measured.stated import bare, meaning, parted
 
 _HEAD_LINES = 200  # in which the first line of numbers must stand
@@ -70,7 +70,7 @@ def _called(heads: Sequence[str]) -> tuple[tuple[str, ...], str]:
 
 
 def as_ascii(content: bytes) -> bytes:
-    """A text in an encoding in which ASCII is ASCII, its lines ended by a line feed; NoColumns for what is no text."""
+    """A text in an ASCII-compatible encoding with line feeds; NoColumns if it is not text."""
     if is_utf16(content):
         encoding = "utf-16" if content.startswith(_UTF16) else "utf-16-le" if content[1:2] == b"\0" else "utf-16-be"
         content = content.decode(encoding, "replace").encode()
@@ -122,7 +122,11 @@ def _head(content: bytes) -> Head:
             if alike and (following or all(kinds)) and not _counts(line, following, how):
                 return Head(begins[i], form_of([line, *following], how), lines[:i])
     if first is None:
-        raise NoColumns(f"its first {_HEAD_LINES} lines have no line of two or more numbers")
+        long = any(len(line) >= LONGEST_LINE or max(map(line.count, PARTED)) >= MOST_COLUMNS for line in lines)
+        problem = f"its first {_HEAD_LINES} lines have no line of two or more numbers"
+        if long:
+            problem += f" with at most {MOST_COLUMNS} fields and {LONGEST_LINE} characters: leave out columns that are not needed"
+        raise NoColumns(problem)
     return Head(begins[first[0]], form_of([lines[first[0]]], first[1]), lines[: first[0]])
 
 
