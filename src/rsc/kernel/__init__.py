@@ -14,5 +14,5 @@ friction forward, creeping, backward); no step crosses from one into the next: i
 Files: simd/ decorators (jit.py), packed vectors (vec.py) and their registers (registers.py); model.py data structures,
 clock.py and turn.py time and rotation, contact.py force law, rhs.py accelerations, tableau.py and series.py methods, step.py one
 step, dense.py interpolation inside it, control.py its length, switches.py end of a step on a switch, tally.py and facts.py sums
-over the run, march.py the loop over steps and its status.
+over the run, flight.py exact motion between contacts, march.py the loop over steps and its status.
 """

@@ -137,7 +137,7 @@ class Run:
     @property
     def buffer_bytes(self):
         """Largest size of the sample buffer in bytes: it grows until it holds the samples of the longest step."""
-        rows, most = self._buffer_rows(), self.packed.model.h_max * self.scene.output.rate + 2.0
+        rows, most = self._buffer_rows(), self.packed.longest_step * self.scene.output.rate + 2.0
         while rows < min(most, self._most_rows()):
             rows = self._grown(rows)
         return 8 * rows * (self.row_size + self._forces)
@@ -154,8 +154,9 @@ class Run:
 
     @property
     def least_steps(self):
-        """Lower bound for the number of steps: none is longer than a quarter turn or a quarter of the rotor's natural period."""
-        return self.scene.drive.duration / self.packed.model.h_max
+        """Lower bound for the number of steps: none is longer than a quarter turn or a quarter of the rotor's natural period,
+        except blocks of exact flight."""
+        return self.scene.drive.duration / self.packed.longest_step
 
     @property
     def chunk_time(self):
@@ -333,7 +334,8 @@ class Run:
         """One sentence on why a run ended and what to change."""
         limit = self._limit()
         if status == Status.FINISHED:
-            return "; ".join(filter(None, (limit, _unclosed(ledger))))
+            grounded = self.packed.grounded and f"no exact flight between contacts: {self.packed.grounded}"
+            return "; ".join(filter(None, (limit, _unclosed(ledger), grounded)))
         if status == Status.OUT_OF_ASSUMPTIONS:
             return self.sliding.advice()
         where, h = self._where(), self.work.real[kernel.H]
