@@ -104,7 +104,7 @@ def shown_runs(unit: str = "runs") -> Iterator[Callable[[int, int], object]]:
     """Yield a function that tells how many of so many short runs, or other things, have ended: in a bar on a terminal, else in a
     line every two seconds."""
     if not wants_progress():
-        from rsc.analysis.lines.patience import Patience
+        from rsc.analysis.follow.patience import Patience
 
         with signs_of_life() as told:
             patience = Patience(told)
@@ -125,7 +125,7 @@ def shown_runs(unit: str = "runs") -> Iterator[Callable[[int, int], object]]:
 def signs_of_life(what: str = "the analysis") -> Iterator[Callable[[str], None]]:
     """Yield a `note` for an analysis, or `what` else takes long. Whenever nothing was told for two seconds, as inside one large
     eigenvalue problem, a line says how long it has taken so far."""
-    from rsc.analysis.lines import patience
+    from rsc.analysis.follow import patience
 
     ended, began = threading.Event(), time.monotonic()
     last = [began]

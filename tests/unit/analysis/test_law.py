@@ -8,7 +8,7 @@ import pytest
 import rsc.errors
 from rsc.analysis.alone.at_rest import at_rest
 from rsc.analysis.balance.balance import balance
-from rsc.analysis.lines.branches import branches
+from rsc.analysis.follow.branches import branches
 from rsc.analysis.paper.law import Law, law_of
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.rolling import rolling_whirls

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rsc.analysis.lines.rootlines import RANGE_END, UNRESOLVED
-from rsc.analysis.lines.set_branches import LOOKED_AT, set_branches
+from rsc.analysis.follow.branches import LOOKED_AT, set_branches
+from rsc.analysis.follow.lines import FOLD, RANGE_END
 from rsc.analysis.several.predict import predict_several
 from rsc.errors import SolverError
 from rsc.system.assemble import assemble
@@ -31,9 +31,9 @@ def test_at_every_speed_they_are_the_whirls_of_that_speed(seed):
             assert whirl.growth_rate == pytest.approx(twin.growth_rate, rel=1e-5, abs=1e-5)
             for name, at in whirl.contacts.items():
                 assert at.normal_force == pytest.approx(twin.contacts[name].normal_force, rel=1e-6)
-    assert missed <= 4  # whirls that begin between two speeds at which all are looked for
+    assert missed == 0
     ends = {event.cause for branch in branches for event in (branch.begin, branch.end)}
-    assert ends == {RANGE_END, UNRESOLVED} and len({branch.label for branch in branches}) == len(branches)
+    assert ends == {RANGE_END, FOLD} and len({branch.label for branch in branches}) == len(branches)
 
 
 def test_a_run_down_has_the_same_branches_and_loses_its_stability_the_other_way():

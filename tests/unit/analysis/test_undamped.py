@@ -7,8 +7,8 @@ import pytest
 
 import rsc
 from fe_bodies import rotor
-from rsc.analysis.lines import patience, rootlines
-from rsc.analysis.lines.branches import branches
+from rsc.analysis.follow import patience, rootlines
+from rsc.analysis.follow.branches import branches
 from rsc.analysis.survey.remarks import scene_remarks
 from rsc.analysis.survey.survey import survey
 from rsc.machine.imports.build import rotor_model

@@ -192,7 +192,7 @@ def test_a_long_analysis_gives_a_sign_of_life_after_two_seconds(n, speed, tmp_pa
 
 
 def test_signs_of_life_come_between_what_is_told(monkeypatch, capsys):
-    monkeypatch.setattr("rsc.analysis.lines.patience.EVERY", 0.2)
+    monkeypatch.setattr("rsc.analysis.follow.patience.EVERY", 0.2)
     with signs_of_life() as told:
         time.sleep(0.15)
         told("half")
@@ -204,7 +204,7 @@ def test_signs_of_life_come_between_what_is_told(monkeypatch, capsys):
 
 
 def test_check_and_report_give_signs_of_life(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("rsc.analysis.lines.patience.EVERY", 0.02)
+    monkeypatch.setattr("rsc.analysis.follow.patience.EVERY", 0.02)
     monkeypatch.chdir(tmp_path)
     Path("scene.toml").write_text(rsc.Scene.from_dict(changed(drive={"speed": 50.0, "duration": 0.3})).to_toml())
     assert main(["check", "scene.toml", "-o", "out"]) == 0 and "the analysis goes on" in capsys.readouterr().err

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.lines.forward_rub import rub_growth
+from rsc.analysis.follow.forward_rub import rub_growth
 from rsc.analysis.paper.synchronous import forward_rub
 from rsc.show.words.answer import answer
 from rsc.study.report.check import report as report_of

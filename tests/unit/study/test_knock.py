@@ -117,7 +117,7 @@ def test_what_cannot_be_knocked_is_refused(tables, arguments, message):
 
 
 def test_the_command(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("rsc.analysis.lines.patience.EVERY", 0.0)  # a line for each run, not every two seconds
+    monkeypatch.setattr("rsc.analysis.follow.patience.EVERY", 0.0)  # a line for each run, not every two seconds
     path = tmp_path / "laval.toml"
     path.write_text(rsc.Scene.from_dict(LAVAL).to_toml())  # a run-up from another start
     assert main(["knock", str(path), "--speed", "3000 rpm", "--directions", "2"]) == 0

@@ -30,7 +30,7 @@ from rsc.system.border import Border, border_of
 from rsc.system.system import System
 
 if TYPE_CHECKING:
-    from rsc.analysis.lines.branches import Branch
+    from rsc.analysis.follow.branch import Branch
     from rsc.study.report.nearest import Nearest
 
 
