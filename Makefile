@@ -103,6 +103,7 @@ stability: $(STAMP)
 # the site, out/site/index.html; a broken link or reference fails
 docs: $(DOCS_STAMP)
 	$(DOCS)/python tools/scene_reference.py --check
+	$(DOCS)/python tools/command_reference.py --check
 	$(DOCS)/sphinx-build -q -W --keep-going -b html docs out/site
 	@echo "site: out/site/index.html"
 

@@ -8,7 +8,7 @@ import rsc
 from rsc.show.page import write_page
 
 PUMP = rsc.Scene.from_toml("""
-title = "Pump rotor, friction 0.3, knocked"
+title = "Pump rotor, friction 0.3, after an impact"
 
 [rotor]
 model = "laval"
@@ -36,7 +36,7 @@ duration = "6 s"
 
 [start]
 running = true
-knock = ["3 N s", 0]
+impulse = ["3 N s", 0]
 
 [output]
 rate = 4000.0

@@ -19,8 +19,8 @@ from rsc.cli import (
     compare,
     completion,
     fit,
+    impact,
     import_model,
-    knock,
     limits,
     modes,
     motions,
@@ -33,12 +33,14 @@ from rsc.cli import (
     sweep,
 )
 from rsc.cli.common import BAD_INPUT, DISK, INTERRUPTED, code, print_summary
+from rsc.cli.parser import MainParser, Parser
+from rsc.cli.progress import told
 from rsc.cli.streams import open_standard_files, plain_streams
 from rsc.errors import DataError, RscError, SolverError, WriteError
 from rsc.operating_system import SENT_TWICE, STOPS, address_space
 
 COMMANDS = (
-    check, compare, fit, run, predict, modes, limits, motions, remedy, report, sweep, knock, plot, new, import_model, completion,
+    check, compare, fit, run, predict, modes, limits, motions, remedy, report, sweep, impact, plot, new, import_model, completion,
 )  # fmt: skip
 LEAST_ADDRESS_SPACE = 1e9  # bytes; compiling the kernel takes most of it
 
@@ -96,6 +98,11 @@ def _run_in_one_thread(options: argparse.Namespace) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     """Run the command, in the units that it is to show."""
+    with told(options.quiet):
+        return _run_in_units(options)
+
+
+def _run_in_units(options: argparse.Namespace) -> int:
     if not hasattr(options, "units"):
         return options.run(options)
     from rsc.show.words.units import shown_in
@@ -166,15 +173,16 @@ class _Version(argparse.Action):
         parser.exit()
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="rsc", description="Rotor-stator contact: backward whirl simulated and predicted.")
+def _parser() -> MainParser:
+    parser = MainParser(prog="rsc", description="Rotor-stator contact: backward whirl simulated and predicted.")
     text = "print the versions of rsc, Python and libraries, and the processor: all that the bits of a run depend on"
     parser.add_argument("--version", action=_Version, nargs=0, help=text)
-    subparsers = parser.add_subparsers(required=True, metavar="COMMAND")
+    parser.commands = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
 
     def commands(name: str, run: Callable[[argparse.Namespace], int], text: str) -> argparse.ArgumentParser:
-        sub = subparsers.add_parser(name, help=text, description=text)
-        sub.set_defaults(run=run)
+        sub = parser.commands.add_parser(name, help=text, description=text)
+        sub.add_argument("-q", "--quiet", action="store_true", help="no progress and no notes: only the answer and errors")
+        sub.set_defaults(run=run, parser=sub)
         return sub
 
     for module in COMMANDS:

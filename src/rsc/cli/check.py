@@ -4,7 +4,8 @@ import argparse
 import json
 from pathlib import Path
 
-from rsc.cli.common import FORCE, JSON, Commands, add_units, code, load, note, signs_of_life, wants_progress
+from rsc.cli.common import FORCE, JSON, Commands, add_units, code, load
+from rsc.cli.progress import note, signs_of_life, wants_progress
 from rsc.files import mark
 from rsc.files.output import folder, put_all, target
 

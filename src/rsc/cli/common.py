@@ -5,12 +5,12 @@ import contextlib
 import json
 import os
 import sys
-import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rsc.cli.progress import signs_of_life
 from rsc.errors import SceneError
 
 if TYPE_CHECKING:
@@ -93,63 +93,6 @@ def loaded_result(path: str) -> Any:
         return load_dataset(path)
     with signs_of_life():
         return report_of(load(path), path)
-
-
-def wants_progress() -> bool:
-    return sys.stderr.isatty()
-
-
-@contextlib.contextmanager
-def shown_runs(unit: str = "runs") -> Iterator[Callable[[int, int], object]]:
-    """Yield a function that tells how many of so many short runs, or other things, have ended: in a bar on a terminal, else in a
-    line every two seconds."""
-    if not wants_progress():
-        from rsc.analysis.follow.patience import Patience
-
-        with signs_of_life() as told:
-            patience = Patience(told)
-            yield lambda ended, of: patience.say(f"{ended} of {of} {unit} have ended")
-        return
-    from tqdm import tqdm
-
-    with tqdm(unit=f" {unit}", mininterval=0.2) as bar:
-
-        def show(ended: int, of: int) -> None:
-            bar.total = of
-            bar.update(ended - bar.n)
-
-        yield show
-
-
-@contextlib.contextmanager
-def signs_of_life(what: str = "the analysis") -> Iterator[Callable[[str], None]]:
-    """Yield a `note` for an analysis, or `what` else takes long. Whenever nothing was told for two seconds, as inside one large
-    eigenvalue problem, a line says how long it has taken so far."""
-    from rsc.analysis.follow import patience
-
-    ended, began = threading.Event(), time.monotonic()
-    last = [began]
-
-    def told(text: str) -> None:
-        last[0] = time.monotonic()
-        note(text)
-
-    def beat() -> None:
-        while not ended.wait(max(last[0] + patience.EVERY - time.monotonic(), 0.01)):
-            if time.monotonic() >= last[0] + patience.EVERY:
-                told(f"{what} goes on, {time.monotonic() - began:.0f} s so far")
-
-    pulse = threading.Thread(target=beat, daemon=True)
-    pulse.start()
-    try:
-        yield told
-    finally:
-        ended.set()
-        pulse.join()
-
-
-def note(text: str) -> None:
-    print(f"rsc: {text}\n", end="", file=sys.stderr, flush=True)  # at once: an analysis has a second thread that tells
 
 
 def code(summary: "Summary", told: bool = False) -> int:

@@ -4,7 +4,8 @@ import argparse
 import json
 from pathlib import Path
 
-from rsc.cli.common import FORCE, JSON, OK, Commands, add_scene_and_measured, add_units, scene_and_measured, signs_of_life
+from rsc.cli.common import FORCE, JSON, OK, Commands, add_scene_and_measured, add_units, scene_and_measured
+from rsc.cli.progress import signs_of_life
 from rsc.files.mark import HTML
 from rsc.files.output import folder, put_all, target
 

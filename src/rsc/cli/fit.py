@@ -14,8 +14,8 @@ from rsc.cli.common import (
     add_units,
     refuse_shared,
     scene_and_measured,
-    signs_of_life,
 )
+from rsc.cli.progress import signs_of_life
 from rsc.files.mark import TOML
 from rsc.files.output import put, target
 

@@ -30,6 +30,7 @@ def add(commands: Commands) -> None:
     over = "table of bearings whose coefficients follow the speed: node, hz or rpm, k_xx, k_xy, k_yx, k_yy, c_xx, ..."
     fe.add_argument("--supports", metavar="TABLE.csv", help=over)
     for sub in (ross, fe):
+        sub.set_defaults(parser=sub)
         sub.add_argument("-o", "--output", metavar="FILE", required=True, help="scene to begin with (.toml), or the model (.npz)")
         between = "node at the contact, or NODE,NODE,SHARE between two"
         sub.add_argument("--contact", metavar="NODE", type=_place, required=sub is ross, help=between)

@@ -5,7 +5,8 @@ import json
 import sys
 from typing import Any
 
-from rsc.cli.common import FORCE, JSON, OK, Commands, add_units, in_hertz, load, note
+from rsc.cli.common import FORCE, JSON, OK, Commands, add_units, in_hertz, load
+from rsc.cli.progress import note
 from rsc.errors import SceneError, SolverError, shown
 from rsc.files.mark import CSV
 from rsc.files.output import target

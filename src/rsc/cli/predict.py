@@ -5,7 +5,8 @@ import json
 import sys
 from typing import TYPE_CHECKING
 
-from rsc.cli.common import FORCE, JSON, OK, Commands, RotorSpeeds, add_units, load, signs_of_life
+from rsc.cli.common import FORCE, JSON, OK, Commands, RotorSpeeds, add_units, load
+from rsc.cli.progress import signs_of_life
 from rsc.errors import SolverError
 
 if TYPE_CHECKING:

@@ -3,7 +3,8 @@
 import argparse
 import json
 
-from rsc.cli.common import INTERRUPTED, JSON, OK, Commands, in_hertz, load, shown_runs
+from rsc.cli.common import INTERRUPTED, JSON, OK, Commands, in_hertz, load
+from rsc.cli.progress import shown_runs
 
 
 def add(commands: Commands) -> None:

@@ -4,19 +4,8 @@ import argparse
 import json
 from pathlib import Path
 
-from rsc.cli.common import (
-    FORCE,
-    JSON,
-    OK,
-    Commands,
-    clearances_plain,
-    code,
-    load,
-    note,
-    print_summary,
-    refuse_shared,
-    wants_progress,
-)
+from rsc.cli.common import FORCE, JSON, OK, Commands, clearances_plain, code, load, print_summary, refuse_shared
+from rsc.cli.progress import note, wants_progress
 from rsc.errors import DataError, SceneError, one_line
 
 

@@ -8,7 +8,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rsc.cli.common import FORCE, INTERRUPTED, JSON, OK, SOME_FAILED, Commands, load, note, signs_of_life, wants_progress
+from rsc.cli.common import FORCE, INTERRUPTED, JSON, OK, SOME_FAILED, Commands, load
+from rsc.cli.progress import note, signs_of_life, wants_progress
 from rsc.errors import SolverError
 from rsc.files.mark import HDF5
 from rsc.files.output import target

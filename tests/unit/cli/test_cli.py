@@ -1,7 +1,6 @@
 """The command line as a user meets it: exit codes, what is printed, what is written."""
 
 import json
-import re
 import signal
 import subprocess
 import sys
@@ -10,10 +9,8 @@ from pathlib import Path
 
 import pytest
 
-import rsc
 from rsc.cli import main
-from rsc.cli.common import names_of, signs_of_life
-from scenes import changed
+from rsc.cli.common import names_of
 from systems import REFERENCE
 
 SCENE = """
@@ -166,47 +163,3 @@ def test_ctrl_c_keeps_a_readable_partial_result(scene, capsys):
     assert process.wait(timeout=20.0) == 130
     assert main(["info", "run.h5"]) == 0
     assert "interrupted" in capsys.readouterr().out
-
-
-def big_rotor(n):
-    """An undamped rotor of n coordinates, whose eigenvalue problems take seconds each."""
-    middle = n // 2
-    return rsc.Scene.from_dict({
-        "rotor": {"model": "chain", "masses": [1.0] * n, "stiffnesses": [2e6] * (n + 1), "dampings": [0.0] * (n + 1),
-                  "eccentricity": [1e-5 * (i == middle) for i in range(n)]},
-        "stator": {"model": "laval", "mass": 3.0, "frequency": 160.0, "damping_ratio": 0.1},
-        "contact": {"rotor_coordinate": middle, "gap": 2.5e-4, "friction": 0.2, "stiffness": 5e7, "damping_ratio": 0.05,
-                    "diameter": 0.08},
-        "drive": {"speed": [20.0, 60.0], "duration": 0.5},
-    })  # fmt: skip
-
-
-@pytest.mark.parametrize("n, speed", [(80, ["--speed", "30"]), (100, [])])
-def test_a_long_analysis_gives_a_sign_of_life_after_two_seconds(n, speed, tmp_path):
-    (tmp_path / "big.toml").write_text(big_rotor(n).to_toml())
-    command = [sys.executable, "-m", "rsc", "predict", str(tmp_path / "big.toml"), *speed]
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
-        first = process.stderr.readline()
-        process.kill()
-    assert re.fullmatch(r"rsc: (the analysis goes on, [23] s so far|roots of the whirl condition are looked for, .*)\n", first)
-
-
-def test_signs_of_life_come_between_what_is_told(monkeypatch, capsys):
-    monkeypatch.setattr("rsc.analysis.follow.patience.EVERY", 0.2)
-    with signs_of_life() as told:
-        time.sleep(0.15)
-        told("half")
-        time.sleep(0.35)
-    lines = capsys.readouterr().err.splitlines()
-    assert lines == ["rsc: half", "rsc: the analysis goes on, 0 s so far"]
-    time.sleep(0.3)
-    assert not capsys.readouterr().err
-
-
-def test_check_and_report_give_signs_of_life(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("rsc.analysis.follow.patience.EVERY", 0.02)
-    monkeypatch.chdir(tmp_path)
-    Path("scene.toml").write_text(rsc.Scene.from_dict(changed(drive={"speed": 50.0, "duration": 0.3})).to_toml())
-    assert main(["check", "scene.toml", "-o", "out"]) == 0 and "the analysis goes on" in capsys.readouterr().err
-    Path("out/report.json").unlink()
-    assert main(["report", "out/result.h5"]) == 0 and "the analysis goes on" in capsys.readouterr().err

@@ -322,8 +322,8 @@ def shown_progress(scene: Scene, progress: bool) -> Iterator[Callable[[float], N
         return
     from tqdm import tqdm
 
-    form = "{l_bar}{bar}| {n:.2f}/{total:.0f} s [{elapsed}<{remaining}{postfix}]"
-    bar = tqdm(total=scene.drive.duration, bar_format=form, mininterval=0.2)
+    form = "rsc: simulation {percentage:.0f} % ({elapsed}, {remaining} left): {n:.2f} of {total:.4g} s{postfix}"
+    bar = tqdm(total=scene.drive.duration, bar_format=form, mininterval=0.2, leave=False)
 
     def show(time: float) -> None:
         bar.update(time - bar.n)

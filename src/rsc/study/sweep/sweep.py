@@ -247,7 +247,8 @@ def _bar(plan: Plan, n_stored: int, progress: bool) -> Iterator[Callable[[Label]
     from tqdm import tqdm
 
     total = len(plan.cases) * len(plan.kinds)
-    with tqdm(total=total, initial=n_stored, unit=" cases", mininterval=0.2) as bar:
+    form = "rsc: sweep {percentage:.0f} % ({elapsed}, {remaining} left): {n} of {total} cases"
+    with tqdm(total=total, initial=n_stored, bar_format=form, mininterval=0.2, leave=False) as bar:
 
         def show(label: Label) -> None:
             bar.update(len(part_of(plan, label).values))
