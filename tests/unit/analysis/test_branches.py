@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from rsc.analysis.follow.branches import branches, continuation
-from rsc.analysis.follow.curve import Curve
+from rsc.analysis.follow.curve import WhirlCurve
 from rsc.analysis.follow.events import AMPLITUDE, CREEPING, FOLD, FORCE, OSCILLATORY, RANGE_END, SLIDING, UNBOUNDED
 from rsc.analysis.follow.lines import Net
 from rsc.analysis.follow.patience import Patience, silent
@@ -30,7 +30,7 @@ def backward(system, speed):
 
 def root_lines(at, values):
     """(seeds at every value, lines) of the roots of value -> (System, speed in Hz)."""
-    curve = Curve(at, (0,), values[0], values[-1])
+    curve = WhirlCurve(at, (0,), values[0], values[-1])
     seeds = seeds_at_one(curve, values, Patience(silent))
     return seeds, Net(curve, values, seeds, bound_at(curve, values[-1])).lines(Patience(silent))
 
@@ -104,7 +104,7 @@ def test_lines_do_not_swap_where_roots_nearly_cross(ratio):
 
 def test_tangents_are_those_of_the_roots():
     system = reference("gyroscopic_disk_light")
-    curve = Curve(lambda speed: (system, speed), (0,), 20.0, 150.0)
+    curve = WhirlCurve(lambda speed: (system, speed), (0,), 20.0, 150.0)
     for speed in (20.0, 150.0):
         below, here, above = seeds_at_one(curve, speed + np.array([-1e-4, 0.0, 1e-4]), Patience(silent))
         left, slopes = curve.evaluated(here, 85.0)

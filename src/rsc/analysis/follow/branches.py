@@ -9,9 +9,9 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from rsc.analysis.follow.branch import Branch, SetBranch, labelled
-from rsc.analysis.follow.curve import Curve, Points
+from rsc.analysis.follow.curve import Points, WhirlCurve
 from rsc.analysis.follow.events import CREEPING, OSCILLATORY, Event, Told, events_of, pieces_of
-from rsc.analysis.follow.lines import Join, Line, Net
+from rsc.analysis.follow.lines import Join, Net, WhirlLine
 from rsc.analysis.follow.patience import Note, Patience, silent
 from rsc.analysis.follow.whirls import WhirlsAtOne, WhirlsOfCurve, bound_at, seeds_at_one, seeds_of_sets
 from rsc.analysis.several.predict import refuse_offset
@@ -82,7 +82,7 @@ def _branches(
     """Branches of the whirls of value -> (System, speed in Hz) over monotonic values; knots: values where that has kinks."""
     way, patience = np.atleast_1d(np.asarray(values, dtype=float)), Patience(note)
     rising = np.sort(way)
-    curve = Curve(at, (0,), rising[0], rising[-1])
+    curve = WhirlCurve(at, (0,), rising[0], rising[-1])
     looked = with_knots(rising, knots)
     net = Net(curve, looked, seeds_at_one(curve, looked, patience), bound_at(curve, rising[0]))
     return labelled(_made(curve, net.lines(patience), way, WhirlsAtOne(curve), patience))
@@ -118,9 +118,9 @@ def set_branches(system: System, speeds: ArrayLike, at: int, note: Note = silent
     rising = np.sort(way)
     looked = with_knots(_evenly(rising, LOOKED_AT), system.knot_speed / TWO_PI)
     made = list[Branch]()
-    for contacts, found in seeds_of_sets(system, looked, patience).items():
-        curve = Curve(lambda value: (system, value), contacts, rising[0], rising[-1])
-        seeds = {speed: curve.points(whirls, speed) for speed, whirls in found}
+    for contacts, whirls_of_set in seeds_of_sets(system, looked, patience).items():
+        curve = WhirlCurve(lambda value: (system, value), contacts, rising[0], rising[-1])
+        seeds = {speed: curve.points(whirls, speed) for speed, whirls in whirls_of_set}
         none = np.zeros((0, 2 * len(contacts) + 1))
         net = Net(curve, looked, [seeds.get(speed, none) for speed in looked.tolist()], bound_at(curve, rising[0]))
         made += _made(curve, net.lines(patience), way, WhirlsOfCurve(curve, at), patience)
@@ -139,7 +139,7 @@ def with_knots(rising: NDArray[np.float64], knots: ArrayLike) -> NDArray[np.floa
     return np.union1d(rising, inside) if len(inside) else rising
 
 
-def _made(curve: Curve, lines: list[Line], way: NDArray[np.float64], told: Told, patience: Patience) -> list[Branch]:
+def _made(curve: WhirlCurve, lines: list[WhirlLine], way: NDArray[np.float64], told: Told, patience: Patience) -> list[Branch]:
     """The branches, without labels, of lines."""
     made = []
     for i, line in enumerate(lines):
@@ -148,7 +148,7 @@ def _made(curve: Curve, lines: list[Line], way: NDArray[np.float64], told: Told,
     return made
 
 
-def branch_of(curve: Curve, piece: Line, way: NDArray[np.float64], told: Told) -> Branch:
+def branch_of(curve: WhirlCurve, piece: WhirlLine, way: NDArray[np.float64], told: Told) -> Branch:
     """The branch, without a label, of a piece of a line: its whirls at the values of a way, and its events."""
     points = _filled(curve, piece.points, way)
     whirls = told.whirls(points)
@@ -165,7 +165,7 @@ def _event(join: Join) -> Event:
     return Event(join.cause, join.value, join.root / TWO_PI)
 
 
-def _filled(curve: Curve, points: Points, way: NDArray[np.float64]) -> Points:
+def _filled(curve: WhirlCurve, points: Points, way: NDArray[np.float64]) -> Points:
     """The points of a piece, with those at the values of a way that lie between them."""
     values = np.setdiff1d(way[(way > points[0, -1]) & (way < points[-1, -1])], points[:, -1])
     if not len(values):
@@ -173,8 +173,8 @@ def _filled(curve: Curve, points: Points, way: NDArray[np.float64]) -> Points:
     guess = np.column_stack([scipy.interpolate.pchip_interpolate(points[:, -1], points[:, :-1], values, axis=0), values])
     scale, row = curve.scale(guess, curve.high - curve.low), np.zeros(guess.shape)
     row[:, -1] = 1.0
-    found, met = curve.corrected(guess, row, scale, 0.5 * (curve.low + curve.high))
-    found[:, -1] = values
-    met &= np.abs((found - guess) / scale).max(axis=1) < 1.0
-    points = np.concatenate([points, found[met]])
+    added, met = curve.corrected(guess, row, scale, 0.5 * (curve.low + curve.high))
+    added[:, -1] = values
+    met &= np.abs((added - guess) / scale).max(axis=1) < 1.0
+    points = np.concatenate([points, added[met]])
     return points[np.argsort(points[:, -1], kind="stable")]

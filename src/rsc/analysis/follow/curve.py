@@ -32,7 +32,7 @@ _NEWTON_STEPS = 8
 _SETTLED = 1e-7  # a step of this length leaves the square of it
 
 
-class Curve:
+class WhirlCurve:
     """(W) of a pressed set of contacts over a parameter.
 
     Parameters

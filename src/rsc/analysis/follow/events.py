@@ -15,8 +15,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from rsc.analysis.follow.curve import Curve, Points
-from rsc.analysis.follow.lines import FOLD, FORCE, RANGE_END, UNBOUNDED, UNRESOLVED, Join, Line
+from rsc.analysis.follow.curve import Points, WhirlCurve
+from rsc.analysis.follow.lines import FOLD, FORCE, RANGE_END, UNBOUNDED, UNRESOLVED, Join, WhirlLine
 from rsc.analysis.follow.walk import between, walk
 from rsc.analysis.paper.predict import Whirl
 from rsc.analysis.paper.stability import Growth
@@ -64,7 +64,7 @@ class Event:
     holds: str = ""
 
 
-def pieces_of(curve: Curve, line: Line) -> list[Line]:
+def pieces_of(curve: WhirlCurve, line: WhirlLine) -> list[WhirlLine]:
     """The parts of a line where its set is pressed, each cut where that begins or ends, with a point put next to the cut."""
     points = line.points
     pressed = curve.held(points) > 0.0
@@ -83,11 +83,11 @@ def pieces_of(curve: Curve, line: Line) -> list[Line]:
             piece = np.concatenate([piece, near])
         elif end.cause == FOLD:
             piece = np.concatenate([piece[:-1], _beside(curve, piece[:-3:-1])])
-        pieces.append(Line(piece, begin, end))
+        pieces.append(WhirlLine(piece, begin, end))
     return pieces
 
 
-def _cut(curve: Curve, inner: Points, outer: Points) -> tuple[Join, Points]:
+def _cut(curve: WhirlCurve, inner: Points, outer: Points) -> tuple[Join, Points]:
     """Where a set ceases to be pressed between a point of a line and one where it is not, and points (n, k) up to that. The way
     there is walked: of two points far apart it is open whether forces pass zero or all bounds."""
     low, high = sorted((float(inner[-1]), float(outer[-1])))
@@ -105,13 +105,15 @@ def _cut(curve: Curve, inner: Points, outer: Points) -> tuple[Join, Points]:
     return join, added if outer[-1] > inner[-1] else added[::-1]
 
 
-def _beside(curve: Curve, pair: Points) -> Points:
+def _beside(curve: WhirlCurve, pair: Points) -> Points:
     """A point (1, k) beside a fold, towards the next point: in the fold itself the growth rate is zero but for rounding."""
     near = between(curve, pair, _CLOSE, curve.high - curve.low) if len(pair) == 2 else None
     return pair[:1] if near is None else near[None]
 
 
-def _located(curve: Curve, pair: Points, margin: Callable[[Points], float], ends: tuple[float, float]) -> tuple[float, Points]:
+def _located(
+    curve: WhirlCurve, pair: Points, margin: Callable[[Points], float], ends: tuple[float, float]
+) -> tuple[float, Points]:
     """Where a margin passes zero between two points of a line, given it at both: share of their chord and point."""
 
     def at(share: float) -> Points:
@@ -123,7 +125,7 @@ def _located(curve: Curve, pair: Points, margin: Callable[[Points], float], ends
     return float(share), at(share)
 
 
-def events_of(curve: Curve, points: Points, whirls: Sequence[Whirl], told: Told) -> tuple[Event, ...]:
+def events_of(curve: WhirlCurve, points: Points, whirls: Sequence[Whirl], told: Told) -> tuple[Event, ...]:
     """Events along a piece of a line, by rising value, given its points (n, k), the whirls there, and what tells others."""
     margins = {cause: np.array([margin(whirl) for whirl in whirls]) for cause, margin in _MARGINS.items()}
     margins[OSCILLATORY] = np.array([-whirl.growth_rate for whirl in whirls])
@@ -145,7 +147,7 @@ def events_of(curve: Curve, points: Points, whirls: Sequence[Whirl], told: Told)
 
 
 def _changes(
-    curve: Curve, points: Points, margins: NDArray[np.float64], margin: Callable[[Points], float]
+    curve: WhirlCurve, points: Points, margins: NDArray[np.float64], margin: Callable[[Points], float]
 ) -> Iterator[tuple[Points, float, float]]:
     """(pair of points, margin at both) between which a margin passes zero, also where it dips through zero between points of one
     sign."""
@@ -165,18 +167,18 @@ def _changes(
 
 def _dips(margins: NDArray[np.float64]) -> list[int]:
     """The points where a margin comes so near zero that it may pass it on a side."""
-    found = []
+    dips = []
     for k in range(1, len(margins) - 1):
         left, mid, right = margins[k - 1 : k + 2] * np.sign(margins[k])
         if min(left, right) >= mid >= 0.0 and max(left - mid, right - mid) > mid:
-            found.append(k)
-    return found
+            dips.append(k)
+    return dips
 
 
-def _beyond(curve: Curve, pair: Points, sign: float, margin: Callable[[Points], float]) -> tuple[Points, float] | None:
+def _beyond(curve: WhirlCurve, pair: Points, sign: float, margin: Callable[[Points], float]) -> tuple[Points, float] | None:
     """A point between two, and the margin there, where it does not have the sign that it has at both; None where it keeps it."""
 
-    found = []
+    opposite = []
 
     def at(share: float) -> float:
         point = between(curve, pair, share, curve.high - curve.low)
@@ -184,10 +186,10 @@ def _beyond(curve: Curve, pair: Points, sign: float, margin: Callable[[Points], 
             return np.inf
         value = margin(point)
         if sign * value < 0.0:
-            found.append((point, value))
+            opposite.append((point, value))
             raise StopIteration
         return sign * value
 
     with contextlib.suppress(StopIteration):
         scipy.optimize.minimize_scalar(at, bounds=(0.0, 1.0), method="bounded", options={"xatol": 1e-4})
-    return found[0] if found else None
+    return opposite[0] if opposite else None

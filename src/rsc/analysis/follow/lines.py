@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.follow.curve import Curve, Points
+from rsc.analysis.follow.curve import Points, WhirlCurve
 from rsc.analysis.follow.patience import Patience
 from rsc.analysis.follow.walk import walk
 
@@ -36,7 +36,7 @@ class Join:
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class WhirlLine:
     """One whirl over the parameter: points (n, k) of a curve by rising parameter, and its ends."""
 
     points: Points
@@ -59,20 +59,20 @@ class Net:
 
     Parameters
     ----------
-    curve : Curve
+    curve : WhirlCurve
     values : (n,) rising
     seeds : list of (m, k) points at each of the values
     bound : float, rad/s, beyond which no frequency is followed
     """
 
-    def __init__(self, curve: Curve, values: NDArray[np.float64], seeds: Sequence[Points], bound: float) -> None:
+    def __init__(self, curve: WhirlCurve, values: NDArray[np.float64], seeds: Sequence[Points], bound: float) -> None:
         self.curve, self.values, self.bound = curve, values, bound
         self.seeds = [list(points) for points in seeds]
         # the strand that ends at a seed (False) and that begins there (True)
         self._strands: dict[tuple[Seed, bool], _Strand] = {}
         self._whole: list[_Strand] = []
 
-    def lines(self, patience: Patience) -> list[Line]:
+    def lines(self, patience: Patience) -> list[WhirlLine]:
         """Join the seeds to lines."""
         self._link()
         open_ends = [
@@ -88,15 +88,15 @@ class Net:
                 open_ends += self._walk(seed, rising)
         return self._chained()
 
-    def line_of(self, seed: Seed, rising: bool) -> Line:
+    def line_of(self, seed: Seed, rising: bool) -> WhirlLine:
         """The line of one seed at the first value, or where the parameter is to fall at the last, without the others."""
         self._link()
-        here: Seed | Join = seed
-        while not isinstance(here, Join):
-            if self._is_open(here, rising):
-                self._walk(here, rising)
-            strand = self._strands.get((here, rising))
-            here = _range_end(self.seeds[0][0]) if strand is None else strand.end if rising else strand.begin
+        current: Seed | Join = seed
+        while not isinstance(current, Join):
+            if self._is_open(current, rising):
+                self._walk(current, rising)
+            strand = self._strands.get((current, rising))
+            current = _range_end(self.seeds[0][0]) if strand is None else strand.end if rising else strand.begin
         point = self.seeds[seed[0]][seed[1]]
         place = 0 if rising else -1
         return next(line for line in self._chained() if np.array_equal(line.points[place][[0, -1]], point[[0, -1]]))
@@ -126,13 +126,13 @@ class Net:
             slopes = tangents * scale / tangents[:, -1:]
         starts = np.cumsum([0, *numbers])
         for i in range(len(self.values) - 1):
-            here, there = slice(*starts[i : i + 2]), slice(*starts[i + 1 : i + 3])
+            left, right = slice(*starts[i : i + 2]), slice(*starts[i + 1 : i + 3])
             width = self.values[i + 1] - self.values[i]
-            one, other = np.broadcast_arrays(flat[here, None], flat[None, there])
-            ahead = np.abs(self.curve.apart(one + width * slopes[here, None], other))
-            back = np.abs(self.curve.apart(one, other - width * slopes[None, there]))
+            one, other = np.broadcast_arrays(flat[left, None], flat[None, right])
+            ahead = np.abs(self.curve.apart(one + width * slopes[left, None], other))
+            back = np.abs(self.curve.apart(one, other - width * slopes[None, right]))
             miss = (ahead + back).max(axis=2)
-            alike = np.sign(tangents[here, None, -1]) == np.sign(tangents[None, there, -1])
+            alike = np.sign(tangents[left, None, -1]) == np.sign(tangents[None, right, -1])
             pairs = _clear_pairs(np.where(np.isfinite(miss), miss, np.inf), alike)
             # folds end pairs of lines: where lines seem to end on both sides none of the links is sure
             if len(pairs) < min(numbers[i : i + 2]):
@@ -155,6 +155,7 @@ class Net:
             target, new = self._seed_at(arrived, last)
             if new:
                 opened += [(target, False), (target, True)]
+            way.points[-1] = self.seeds[target[0]][target[1]]  # the same to the last bit
             end: Seed | Join | None = self._freed((target, arrived == k), opened)
         else:
             end = None
@@ -190,12 +191,12 @@ class Net:
         opened.append((other[0], other[1]))
         return side[0]
 
-    def _chained(self) -> list[Line]:
+    def _chained(self) -> list[WhirlLine]:
         """The strands, one behind the other, as lines."""
         lines = []
         for strand in self._whole:
             assert isinstance(strand.begin, Join) and isinstance(strand.end, Join)
-            lines.append(Line(self.curve.unwrapped(strand.points), strand.begin, strand.end))
+            lines.append(WhirlLine(self.curve.unwrapped(strand.points), strand.begin, strand.end))
         for i, points in enumerate(self.seeds):
             for j, point in enumerate(points):
                 before = self._strands.get(((i, j), False))
@@ -205,7 +206,7 @@ class Net:
                     lines.append(self._onwards([before.points], (i, j), before.begin))
         return lines
 
-    def _onwards(self, parts: list[Points], seed: Seed, begin: Join) -> Line:
+    def _onwards(self, parts: list[Points], seed: Seed, begin: Join) -> WhirlLine:
         """The line that goes on from a seed, given its points up to there."""
         end: Seed | Join = seed
         while not isinstance(end, Join):
@@ -215,7 +216,7 @@ class Net:
             else:
                 parts.append(strand.points[1:])
                 end = strand.end
-        return Line(self.curve.unwrapped(np.concatenate(parts)), begin, end)
+        return WhirlLine(self.curve.unwrapped(np.concatenate(parts)), begin, end)
 
 
 def _loose_end(point: Points, bound: float) -> Join:

@@ -7,10 +7,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from rsc.analysis.follow.branch import Branch
 from rsc.analysis.follow.branches import SPEEDS, branch_of, with_knots
-from rsc.analysis.follow.curve import Curve
+from rsc.analysis.follow.curve import WhirlCurve
 from rsc.analysis.follow.delayed_jump import Delay, delayed_jump, way_of
 from rsc.analysis.follow.events import CREEPING, OSCILLATORY, Event, pieces_of
-from rsc.analysis.follow.lines import FOLD, RANGE_END, Line, Net
+from rsc.analysis.follow.lines import FOLD, RANGE_END, Net, WhirlLine
 from rsc.analysis.follow.patience import Patience, silent
 from rsc.analysis.follow.whirls import WhirlsAtOne, bound_at, seeds_at_one
 from rsc.analysis.paper.predict import MOST_SPEED, refuse_backwards
@@ -23,7 +23,7 @@ from rsc.system.system import System
 _SPEEDS = 33  # points on the way from one speed to another, besides those where the whirl bends
 
 
-def whirl_line(system: System, near: float, speeds: ArrayLike) -> tuple[Curve, NDArray[np.float64], Line]:
+def whirl_line(system: System, near: float, speeds: ArrayLike) -> tuple[WhirlCurve, NDArray[np.float64], WhirlLine]:
     """Follow the root of the backward whirl next to a frequency.
 
     Parameters
@@ -37,10 +37,10 @@ def whirl_line(system: System, near: float, speeds: ArrayLike) -> tuple[Curve, N
 
     Returns
     -------
-    curve : Curve
+    curve : WhirlCurve
         Over the speed in Hz.
     way : (n,) Hz
-    line : Line
+    line : WhirlLine
         From the first speed to the last or to a fold.
 
     Raises
@@ -54,7 +54,7 @@ def whirl_line(system: System, near: float, speeds: ArrayLike) -> tuple[Curve, N
     if not -MOST_SPEED <= near < 0.0:
         wanted = f"a frequency in Hz from {-MOST_SPEED:g} to below 0"
         raise SceneError("follow", "near", float(near), wanted, "only backward whirls are followed")
-    curve = Curve(lambda speed: (system, speed), (0,), way.min(), way.max())
+    curve = WhirlCurve(lambda speed: (system, speed), (0,), way.min(), way.max())
     values = with_knots(np.sort(way), system.knot_speed / TWO_PI)
     seeds, rising = seeds_at_one(curve, values, Patience(silent)), bool(way[-1] >= way[0])
     first = 0 if rising else len(values) - 1

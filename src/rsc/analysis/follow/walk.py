@@ -1,8 +1,8 @@
 """Pseudo-arclength continuation of (W): from one point along its curve, round folds, to the end of a stretch of the parameter.
 
 A step goes along the tangent and is corrected across it. It holds where the correction is short, the tangents of both ends agree
-and the chord runs along their mean. Since the tangent of a curve keeps its orientation (`Curve.tangents`), a step that went over
-to a neighbouring curve ends on a tangent that points back, and is halved.
+and the chord runs along their mean. Since the tangent of a curve keeps its orientation (`WhirlCurve.tangents`), a step that went
+over to a neighbouring curve ends on a tangent that points back, and is halved.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from rsc.analysis.follow.curve import Curve, Points
+from rsc.analysis.follow.curve import Points, WhirlCurve
 
 _FIRST, _LONGEST, _SHORTEST = 0.25, 1.0, 1e-9  # lengths of steps
 _CORRECTION = 0.25  # of its length, which a correction has at most
@@ -44,7 +44,7 @@ class Walk:
 class _Step:
     """A point and its tangent on the way."""
 
-    def __init__(self, curve: Curve, point: Points, width: float, towards: float) -> None:
+    def __init__(self, curve: WhirlCurve, point: Points, width: float, towards: float) -> None:
         self.point = point
         self.scale = curve.scale(point[None], width)
         self.tangent = curve.tangents(curve.evaluated(point[None], towards)[1], self.scale)[0]
@@ -60,12 +60,12 @@ class _Step:
         return float(self.tangent @ turned) if off <= _OFF * length else 0.0
 
 
-def walk(curve: Curve, start: Points, stretch: tuple[float, float], rising: bool, bound: float) -> Walk:
+def walk(curve: WhirlCurve, start: Points, stretch: tuple[float, float], rising: bool, bound: float) -> Walk:
     """Follow a curve from a point until the parameter leaves a stretch.
 
     Parameters
     ----------
-    curve : Curve
+    curve : WhirlCurve
     start : (k,) point of it
     stretch : lowest and highest value of the parameter
     rising : bool, whether the parameter rises at first
@@ -77,21 +77,21 @@ def walk(curve: Curve, start: Points, stretch: tuple[float, float], rising: bool
     """
     low, high = stretch
     width, towards = high - low, 0.5 * (low + high)
-    here = _Step(curve, start, width, towards)
+    current = _Step(curve, start, width, towards)
     points, folds, h = [start], [False], _FIRST
-    if not np.isfinite(here.tangent).all():
+    if not np.isfinite(current.tangent).all():
         return Walk(np.array(points), np.array(folds), np.nan)
-    sense = 1.0 if (here.tangent[-1] > 0.0) == rising else -1.0
+    sense = 1.0 if (current.tangent[-1] > 0.0) == rising else -1.0
     for _ in range(MOST_STEPS):
-        after = _stepped(curve, here, sense * h, stretch)
-        cosine = here.leads_to(after) if after is not None else 0.0
-        if after is None or not cosine >= _AGREE or not _near(here, after, h):
+        after = _stepped(curve, current, sense * h, stretch)
+        cosine = current.leads_to(after) if after is not None else 0.0
+        if after is None or not cosine >= _AGREE or not _near(current, after, h):
             h *= 0.5
             if h < _SHORTEST:
                 break
             continue
-        if after.tangent[-1] * here.tangent[-1] < 0.0:
-            fold = _fold(curve, here, after, towards)
+        if after.tangent[-1] * current.tangent[-1] < 0.0:
+            fold = _fold(curve, current, after, towards)
             if fold is None:
                 h *= 0.5
                 continue
@@ -104,34 +104,34 @@ def walk(curve: Curve, start: Points, stretch: tuple[float, float], rising: bool
         if not abs(after.point[0]) < bound:
             break
         h = min(2.0 * h, _LONGEST) if cosine > _GROW else h
-        here = after
+        current = after
     return Walk(np.array(points), np.array(folds), np.nan)
 
 
-def _near(here: _Step, after: _Step, h: float) -> bool:
+def _near(current: _Step, after: _Step, h: float) -> bool:
     """Whether a step is about as long as it should be."""
-    return bool(np.linalg.norm((after.point - here.point) / here.scale[0]) <= (1.0 + _CORRECTION) * h)
+    return bool(np.linalg.norm((after.point - current.point) / current.scale[0]) <= (1.0 + _CORRECTION) * h)
 
 
-def _stepped(curve: Curve, here: _Step, h: float, stretch: tuple[float, float]) -> "_Step | None":
+def _stepped(curve: WhirlCurve, current: _Step, h: float, stretch: tuple[float, float]) -> "_Step | None":
     """A step of a length along the tangent, cut at the ends of the stretch; None where it fails."""
     low, high = stretch
-    scale, towards = here.scale, 0.5 * (low + high)
-    move = h * here.tangent * scale[0]
-    value = here.point[-1] + move[-1]
+    scale, towards = current.scale, 0.5 * (low + high)
+    move = h * current.tangent * scale[0]
+    value = current.point[-1] + move[-1]
     if low < value < high:
-        guess = here.point + move
-        points, met = curve.corrected(guess[None], here.tangent[None], scale, towards)
+        guess = current.point + move
+        points, met = curve.corrected(guess[None], current.tangent[None], scale, towards)
         if not met[0] or np.abs((points[0] - guess) / scale[0]).max() > _CORRECTION * abs(h):
             return None
         if low < points[0, -1] < high:
             return _Step(curve, points[0], scale[0, -1], towards)
-        move = points[0] - here.point
+        move = points[0] - current.point
         value = points[0, -1]
     end = low if value <= low else high
-    if move[-1] == 0.0 or here.point[-1] == end:
+    if move[-1] == 0.0 or current.point[-1] == end:
         return None
-    guess = here.point + move * (end - here.point[-1]) / move[-1]
+    guess = current.point + move * (end - current.point[-1]) / move[-1]
     guess[-1] = end
     points, met = curve.corrected(guess[None], _at_value(guess), scale, towards)
     if not met[0] or np.abs((points[0] - guess) / scale[0]).max() > _CORRECTION * abs(h):
@@ -147,7 +147,7 @@ def _at_value(guess: Points) -> Points:
     return row
 
 
-def between(curve: Curve, pair: Points, share: float, width: float) -> Points | None:
+def between(curve: WhirlCurve, pair: Points, share: float, width: float) -> Points | None:
     """The point of a curve across the chord of two of its points (2, k), at a share of it; None where it is lost.
 
     width : of the stretch of the parameter in which they lie
@@ -159,15 +159,15 @@ def between(curve: Curve, pair: Points, share: float, width: float) -> Points | 
     return points[0] if met[0] else None
 
 
-def _fold(curve: Curve, here: _Step, after: _Step, towards: float) -> Points | None:
+def _fold(curve: WhirlCurve, current: _Step, after: _Step, towards: float) -> Points | None:
     """The point between two where the parameter turns back."""
-    pair, width = np.array([here.point, after.point]), here.scale[0, -1]
+    pair, width = np.array([current.point, after.point]), current.scale[0, -1]
 
     def slope(share: float) -> float:
         point = between(curve, pair, share, width)
         if point is None:
             raise ArithmeticError
-        return float(curve.tangents(curve.evaluated(point[None], towards)[1], here.scale)[0, -1])
+        return float(curve.tangents(curve.evaluated(point[None], towards)[1], current.scale)[0, -1])
 
     try:
         share = scipy.optimize.brentq(slope, 0.0, 1.0, xtol=_LOCATED, rtol=_LOCATED)

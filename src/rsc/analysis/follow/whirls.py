@@ -6,7 +6,7 @@ from math import tau as TWO_PI
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.follow.curve import Curve, Points
+from rsc.analysis.follow.curve import Points, WhirlCurve
 from rsc.analysis.follow.patience import Patience
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.predict import Whirl, whirls_of
@@ -25,7 +25,7 @@ BEYOND = 1e3
 _TOGETHER = 8192
 
 
-def bound_at(curve: Curve, value: float) -> float:
+def bound_at(curve: WhirlCurve, value: float) -> float:
     """Frequency in rad/s beyond which none is followed, at a value of the parameter."""
     system, speed = curve.at(value)
     return float(_bound(system, TWO_PI * speed))
@@ -38,7 +38,7 @@ def _bound(system: System, Omega: float | NDArray[np.float64]) -> NDArray[np.flo
     return np.asarray(BEYOND * (np.sqrt(square) + np.abs(turning / mass).max(axis=-1)))
 
 
-def seeds_at_one(curve: Curve, values: NDArray[np.float64], patience: Patience) -> list[Points]:
+def seeds_at_one(curve: WhirlCurve, values: NDArray[np.float64], patience: Patience) -> list[Points]:
     """All backward roots of the whirl condition of one contact at some values, whatever the sign of their force, by frequency."""
     systems, speeds = curve.systems(values)
     system, Omega = together(systems), TWO_PI * speeds
@@ -72,8 +72,8 @@ def seeds_of_sets(
     seeds: dict[tuple[int, ...], list[tuple[float, Whirling]]] = {}
     for count, speed in enumerate(speeds.tolist()):
         if count == 0 or system.turns:  # else the same at every speed
-            found = whirls_of_sets(system, TWO_PI * speed)
-        for own in found:
+            sets = whirls_of_sets(system, TWO_PI * speed)
+        for own in sets:
             seeds.setdefault(own.contacts, []).append((speed, own.whirls))
         patience.say(f"whirls of every pressed set at {count + 1} of {len(speeds)} speeds")
     return seeds
@@ -82,10 +82,10 @@ def seeds_of_sets(
 class WhirlsAtOne:
     """The whirls at the points of a curve of one contact.
 
-    curve : Curve
+    curve : WhirlCurve
     """
 
-    def __init__(self, curve: Curve) -> None:
+    def __init__(self, curve: WhirlCurve) -> None:
         self.curve = curve
 
     def whirls(self, points: Points) -> Sequence[Whirl]:
@@ -109,11 +109,11 @@ class WhirlsAtOne:
 class WhirlsOfCurve:
     """The whirls at the points of a curve of several contacts over the speed in Hz.
 
-    curve : Curve
+    curve : WhirlCurve
     at : int, number of the contact at which what is of one is told
     """
 
-    def __init__(self, curve: Curve, at: int) -> None:
+    def __init__(self, curve: WhirlCurve, at: int) -> None:
         self.curve, self.contact = curve, at
 
     def whirls(self, points: Points) -> Sequence[Whirl]:
