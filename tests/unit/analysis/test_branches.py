@@ -1,6 +1,8 @@
 """Whirl branches: no swaps, ends and events against closed forms, dense scans and the roots themselves."""
 
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,10 +15,11 @@ from rsc.analysis.follow.whirls import bound_at, seeds_at_one
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import phase_slopes, receptance
 from rsc.analysis.paper.stability import whirl_growths
-from rsc.analysis.paper.whirls import normal_force, whirl_roots
+from rsc.analysis.paper.whirls import normal_force, steady_whirls, whirl_roots
 from rsc.errors import SceneError
 from rsc.system.assemble import assemble
-from systems import TWO_PI, changed, expected, jeffcott, random_system, reference, reference_scene
+from rsc.system.knots import Knots
+from systems import TWO_PI, changed, expected, jeffcott, random_rotor, random_system, reference, reference_scene, with_skew
 
 
 def nearest(system, frequency, speed):
@@ -25,6 +28,11 @@ def nearest(system, frequency, speed):
 
 def backward(system, speed):
     roots = whirl_roots(system, TWO_PI * speed)
+    return roots[roots < 0.0]
+
+
+def pressed_roots(system, speed):
+    roots = steady_whirls(system, TWO_PI * speed)[0]
     return roots[roots < 0.0]
 
 
@@ -125,6 +133,42 @@ def test_whirls_that_can_exist_have_the_first_labels_then_frequency_decides(tran
     assert found[0].frequency[0] == pytest.approx(-38.8128, abs=1e-4)
     assert found[0].at(70.0).frequency == pytest.approx(-33.6985, abs=1e-4)
     assert found[0].at(170.0) is None
+
+
+def following(dice, kind):
+    """A random rotor, with a term that follows the speed or drives it."""
+    system = random_rotor(dice)
+    if kind == "cross-coupled":
+        return with_skew(dice, system)
+    rotor = system.rotor
+    if kind == "rotating damping":
+        return replace(system, rotor=replace(rotor, rotating_damping=0.5 * rotor.damping))
+    if kind == "knots":
+        shares = np.array([0.0, *dice.uniform(0.0, 1.0, 3)])[:, None, None]
+        return replace(system, rotor=replace(rotor, knots=Knots(TWO_PI * np.array([2.0, 30.0, 60.0, 120.0]), {
+            "stiffness": shares * np.diag(np.diag(rotor.stiffness))})))  # fmt: skip
+    return system
+
+
+@pytest.mark.parametrize("kind", ["constant", "cross-coupled", "rotating damping", "knots"])
+def test_between_the_speeds_of_the_grid_no_whirl_is_missing_and_none_extra(kind):
+    """Roots counted at other speeds, and beside every fold; growth rates beside every change of stability."""
+    dice, folds, changes = np.random.default_rng(13), 0, 0
+    for _ in range(4):
+        system = following(dice, kind)
+        found = branches(system, np.linspace(2.0, 120.0, 60))
+        for speed in dice.uniform(2.0, 120.0, 6):
+            assert sum(b.begin.value < speed < b.end.value for b in found) == len(pressed_roots(system, speed))
+        for end, inside in [(b.begin, 1.0) for b in found] + [(b.end, -1.0) for b in found]:
+            if end.cause == FOLD:
+                within, beyond = (len(pressed_roots(system, end.value * (1.0 + inside * off))) for off in (1e-7, -1e-7))
+                assert within == beyond + 2
+                folds += 1
+        for _, event in events(found, OSCILLATORY) + events(found, CREEPING):
+            rates = [nearest(system, event.frequency, event.value * (1.0 + off)).growth_rate for off in (-1e-6, 1e-6)]
+            assert (rates[0] < 0.0 < rates[1]) if event.holds == "below" else (rates[1] < 0.0 < rates[0])
+            changes += 1
+    assert folds > 1
 
 
 # ---------------------------------------------------------------- ends and events over the speed

@@ -95,7 +95,7 @@ class Branch:
 
 @dataclass(frozen=True)
 class SetBranch(Branch):
-    """One whirl at a pressed set of several contacts over the rotor speed, as far as it was seen. Its whirls are `SeveralWhirl`;
+    """One whirl at a pressed set of several contacts over the rotor speed. Its whirls are `SeveralWhirl`;
     what is of one contact is told at the one that was asked for."""
 
     whirls: tuple[SeveralWhirl, ...]
