@@ -9,7 +9,7 @@ import rsc.errors
 from rsc.analysis.alone.at_rest import at_rest
 from rsc.analysis.balance.balance import balance
 from rsc.analysis.follow.branches import branches
-from rsc.analysis.paper.law import ContactLaw, law_of
+from rsc.analysis.paper.law import Law, law_of
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.paper.synchronous import forward_rub
@@ -17,7 +17,7 @@ from rsc.system import system as system_law
 from rsc.system.system import stacked
 from systems import TWO_PI, changed, reference
 
-LAW = ContactLaw(gap=2e-3, friction=0.3, stiffness=4e5, damping=60.0, diameter=0.1, slip_velocity=0.02)
+LAW = Law(gap=2e-3, friction=0.3, stiffness=4e5, damping=60.0, diameter=0.1, slip_velocity=0.02)
 WITH_FORCE = {
     "whirls": lambda system: predict_system(system, 50.0),
     "branches": lambda system: branches(system, [40.0, 50.0]),
@@ -30,7 +30,7 @@ WITH_FORCE = {
 
 def hardening(system, value):
     """A System whose contact has one more constant, as a law F = k p (1 + h p/gap) would bring it."""
-    kind = make_dataclass("Hardening", [("hardening", float)], bases=(system_law.Law,), frozen=True, kw_only=True)
+    kind = make_dataclass("Hardening", [("hardening", float)], bases=(system_law.ContactLaw,), frozen=True, kw_only=True)
     law = kind(**vars(system.law), hardening=value)
     return replace(system, contacts=(replace(system.contact, law=law),))
 

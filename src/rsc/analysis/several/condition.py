@@ -44,7 +44,7 @@ class Pressed:
     bodies: Any  # rotor and stator as one Body of N + M coordinates
     Omega: Any  # rad/s, or (m,) of m candidates, all of whose arrays have one more axis then
     rows: Any  # (n, N + M) l_j
-    laws: tuple[Any, ...]  # a `ContactLaw` for each
+    laws: tuple[Any, ...]  # a `SteadyLaw` for each
     turn: Any  # (n,) c_j
     gap: Any  # (n,) m, s_j; or (m, n) of m candidates
     stiffness: Any  # (n,) N/m, k_j
