@@ -186,7 +186,7 @@ def imported(tmp_path, monkeypatch, capsys):
 
 
 def test_an_import_tells_its_slowest_modes_and_a_reduced_machine_keeps_them(imported, capsys):
-    assert "slowest modes at 20 Hz, of the machine as it was read: -28.9 Hz (decrement 0.0386), 29.88 Hz" in imported
+    assert "lowest modes at 20 Hz of the full model: -28.9 Hz (decrement 0.0386), 29.88 Hz" in imported
     assert main(["modes", "rotor.npz", "--speed", "20", "--json"]) == 0
     read = json.loads(capsys.readouterr().out)
     assert main(["modes", "rotor.toml", "--speed", "20", "--json"]) == 0

@@ -157,7 +157,7 @@ def test_the_command_prints_the_answer_and_writes_the_page(probes, tmp_path, mon
     assert main(["compare", "pump.toml", "probes.toml"]) == 0
     assert "written: out/probes/comparison.html" in capsys.readouterr().out
     assert main(["compare", "probes.csv", "pump.toml", "-o", "page.html", "--verbose"]) == 0
-    assert "measured beside predicted" in capsys.readouterr().out and (tmp_path / "page.html").stat().st_size > 1e5
+    assert "measured and predicted" in capsys.readouterr().out and (tmp_path / "page.html").stat().st_size > 1e5
     assert main(["compare", "probes.toml", "pump.toml", "-o", "page.html", "--json"]) == 0
     content = json.loads(capsys.readouterr().out)
     assert content["nearest"] and content["summary"] is None and len(content["rows"]) % 3 == 0
