@@ -275,8 +275,8 @@ def test_the_command_prints_tables_and_draws_a_campbell_picture(tmp_path, monkey
 
 
 BAD = {
-    "two kinds of speeds": (["--speed", "3", "--speeds", "0:1:3"], "without --speed"),
-    "a picture of one speed": (["-o", "x.png"], "must come with --speeds"),
+    "two kinds of speeds": (["--speed", "3", "--speeds", "0:1:3"], "cannot be combined with --speed"),
+    "a picture of one speed": (["-o", "x.png"], "requires --speeds"),
     "no range": (["--speeds", "0-100"], "FROM:TO:NUMBER"),
     "a range of one": (["--speeds", "3:3:5"], "FROM:TO:NUMBER"),
     "one speed": (["--speeds", "0:100:1"], "FROM:TO:NUMBER"),
