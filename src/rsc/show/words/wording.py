@@ -157,7 +157,7 @@ def frequencies_text(low, high, form=""):
 
 
 def rates_text(low, high, explained=True):
-    """A range of rates at which whirls turn, in Hz; explained: what their sign means."""
+    """A range of whirl rates in Hz; `explained` adds the meaning of the sign."""
     same, sign = f"{low:.4g}" == f"{high:.4g}", "negative: against the rotation" if explained else ""
     if column("Hz")[1] != "Hz":
         text = frequency_text(low) if same else frequencies_text(low, high)
