@@ -199,7 +199,7 @@ def test_a_direction_without_its_partner_is_refused():
     matrices, nodes, directions = rotor()
     rows = np.flatnonzero(~((nodes == 2) & (directions == "y")))
     part = {name: matrix[np.ix_(rows, rows)] for name, matrix in matrices.items()}
-    with pytest.raises(DataError, match="node 2 has the direction x and no y"):
+    with pytest.raises(DataError, match="node 2 has direction x but not y"):
         rotor_model(part, table(nodes[rows], directions[rows]), "test")
 
 

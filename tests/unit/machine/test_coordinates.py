@@ -45,7 +45,7 @@ def test_refusals_are_one_line(text, tmp_path):
 
 def test_binary_rubbish_is_refused(tmp_path):
     (tmp_path / "table.csv").write_bytes(bytes(range(256)))
-    with pytest.raises(DataError, match="no text"):
+    with pytest.raises(DataError, match="not a text"):
         read_table(tmp_path / "table.csv")
 
 

@@ -94,7 +94,7 @@ def test_a_key_that_the_reader_of_a_shaft_leaves_is_a_fault_at_every_level(place
         monkeypatch.setattr(shafts, name, with_key(getattr(shaft_keys, name)))
         (rotor["material"] if place == "material" else rotor["unbalance"][0]).update(swing)
     where = re.escape(f"rotor.{place}" if place else "rotor")
-    with pytest.raises(AssertionError, match=rf"\[{where}\] swing is declared, and nothing reads it"):
+    with pytest.raises(AssertionError, match=rf"\[{where}\] swing is declared, but nothing uses it"):
         Scene.from_dict(scene)
 
 
