@@ -284,14 +284,11 @@ def of_drive(text, witness):
     sign = 1.0 if way.startswith("rub torque") else -1.0
     power, energy = sign * float(power), (-sign if other else sign) * float(energy)
 
-    def given(signals):
-        return signals.friction * witness.machine.radius * np.interp(signals.time, witness.drive.time, witness.drive.speed)
-
     def total(signals):
-        return signals.integral(given(signals))
+        return signals.integral(signals.given)
 
     def largest(signals):
-        return witness.largest_mean(given(signals), signals)
+        return witness.largest_mean(signals.given, signals)
 
     problem = witness.number(power * PREFIX[q], largest, 2.0 * loose)
     yield problem and problem if problem == "skipped" else f"power, {problem}" if problem else ""

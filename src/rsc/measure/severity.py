@@ -145,7 +145,7 @@ def coverage_of(listed: Motions) -> Coverage:
 
 
 def impact_facts(listed: Motions, features: Features | None = None, speeds: Sequence[float] = ()) -> ImpactFacts | None:
-    """The worst motion of a list that is not the run's own; None where there is none in contact."""
+    """The worst motion of a list other than that of the run; None if none is in contact."""
     others = [motion for motion in others_of(listed, features, speeds) if motion.motion != Kind.NO_CONTACT]
     if not others:
         return None
@@ -215,7 +215,7 @@ def run_facts(
     worst = max(set(kinds), key=lambda kind: (severity_of(kind).level, -RANK.index(Kind(kind))))
     own = np.flatnonzero(np.array(kinds) == worst)
     if worst == Kind.NO_CONTACT and touched:
-        worst = Kind.PARTIAL_RUB
+        worst = Kind.TRANSIENT
     turns = worst in (*WHIRLING, Kind.FORWARD_RUB)
     turning = np.array([rate_of(features, int(i)) for i in own] if turns else [math.nan])
     seen = np.asarray(speeds)[own]

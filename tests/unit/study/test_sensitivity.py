@@ -112,4 +112,4 @@ def test_the_command(tmp_path, capsys):
     ((whirls, change),) = [(item["whirls"], item["sensitivity"]) for item in json.loads(capsys.readouterr().out)]
     assert len(change["frequency"]) == len(change["name"]) and whirls
     assert main(["predict", str(path), "--sensitivity"]) == 2
-    assert "--sensitivity: must come with the rotor speeds" in capsys.readouterr().err
+    assert "--sensitivity: requires rotor speeds" in capsys.readouterr().err

@@ -14,7 +14,7 @@ from rsc.show.words.motions import claim, motions_cells, only_predicted, rolling
 from rsc.show.words.reasons import note_of_change
 from rsc.show.words.table import in_units
 from rsc.show.words.text import LEDGER, at_lead, branches_cells, run_text, window_cells
-from rsc.show.words.wording import frequency_text, length, speed_text
+from rsc.show.words.wording import frequency_text, length, sentence_in_units, speed_text
 
 HASHED = 64
 
@@ -57,7 +57,7 @@ def motions(report):
 
 
 def limits(report):
-    """The unbalance response beside the [limits] of the scene; nothing without them."""
+    """The unbalance response compared with [limits] of the scene; empty without them."""
     if report.limits is None:
         return ""
     header, rows = limits_cells(report.limits)
@@ -67,7 +67,7 @@ def limits(report):
 
 
 def windows(report, most=60):
-    """Simulated or measured beside predicted, window by window."""
+    """Simulated or measured values compared with predicted ones, by window."""
     header, rows = window_cells(report, most)
     return f"<p>Lengths over the gap{escape(at_lead(report))}.</p>{table(header, rows, 'wrap')}"
 
@@ -95,12 +95,12 @@ def assumptions(report):
         text = f"contact.diameter > {length(summary.least_diameter)}"
         rows.append(("surfaces slide forward (12)", text, "a smaller journal would roll: give contact.diameter"))
     rows += [(f"agreement in the {name}", f"within {100.0 * tolerance:g} %", "") for name, tolerance in TOLERANCES.items()]
-    notes = "".join(f"<li>{escape(note)}</li>" for note in report.remarks)
+    notes = "".join(f"<li>{escape(sentence_in_units(note))}</li>" for note in report.remarks)
     return table(("assumption", "size in this run", ""), rows) + (f"<ul>{notes}</ul>" if notes else "")
 
 
 def _of_simulation(report):
-    """Rows of what a simulation is good for."""
+    """Table rows on the accuracy of a simulation."""
     summary, contacts = report.result.summary, report.result.scene.contacts
     gap = min(contact.gap for contact in contacts)
     pairs = zip(contacts, at_contacts(report.result), strict=True)

@@ -6,6 +6,7 @@ dotted where nothing is claimed.
 
 import numpy as np
 
+from rsc.measure.stretches import at_contacts
 from rsc.measure.windows import ROLL
 from rsc.show.pictures.lasting import lasting_marks
 from rsc.show.pictures.moments import seen_lines
@@ -88,7 +89,7 @@ def waterfall(report, along):
 
 
 def _orders(report, along, reach, orders=(-2, -1, 1, 2)):
-    """Lines at multiples of the rotor speed, each with its name beside its far end."""
+    """Lines at multiples of the rotor speed, labelled at the far end."""
     speeds, places = report.fall.speed, along.of_windows
     if along.by_speed:
         speeds = places = np.linspace(places.min(), places.max(), 50)
@@ -258,8 +259,9 @@ def _changes(report, along, top):
 
 
 def force(report, along):
-    """Normal force over the run: mean and largest of every window, and that of the stable whirls; None of a measured run."""
-    if report.strip is None:
+    """Normal force over the run: mean and largest of every window, and that of the stable whirls; None of a measured run, and of
+    one without contact where no whirl is stable."""
+    if not _touches(report) and (report.strip is None or not any(branch.stable.any() for branch in report.branches)):
         return None
     strip, factor, picture = _strip(report, along, "normal force, mean of a window", report.strip.normal_force, "N")
     picture["data"][0]["showlegend"] = True
@@ -282,14 +284,19 @@ def _beside(picture, report, along, quantity, factor):
         picture["data"].append(line(*thinned(along.of_windows, values), f"the same at {name}", colour, width=1.2))
 
 
+def _touches(report):
+    """Whether a run has contact, at any of its contacts; not of a measured one, whose probes do not see it."""
+    return report.strip is not None and any(own.contact_time.any() for own in at_contacts(report.result))
+
+
 def power(report, along):
-    """Power of friction over the run; None of a measured one."""
-    return None if report.strip is None else _strip(report, along, "friction power", report.strip.friction_power, "W")[2]
+    """Power of friction over the run; None of one without contact."""
+    return _strip(report, along, "friction power", report.strip.friction_power, "W")[2] if _touches(report) else None
 
 
 def share(report, along):
-    """Share of the time in contact over the run; None of a measured one."""
-    if report.strip is None:
+    """Share of the time in contact over the run; None of one without contact."""
+    if not _touches(report):
         return None
     picture = _strip(report, along, "time in contact", 100.0 * report.strip.share, "%")[2]
     _beside(picture, report, along, "share", 100.0)
@@ -298,8 +305,8 @@ def share(report, along):
 
 
 def slip(report, along):
-    """Slip of the surfaces over the run; None without a diameter."""
-    values = report.strip and report.strip.slip_velocity
+    """Slip of the surfaces over the run; None without contact or a diameter."""
+    values = report.strip.slip_velocity if _touches(report) else None
     return None if values is None else _strip(report, along, "slip velocity (0: rolling)", values, "m/s")[2]
 
 
@@ -313,7 +320,7 @@ def _strip(report, along, words, values, base):
 
 
 def bode_amplitude(report, along):
-    """Amplitude of the line at the rotor speed over the run; of a measured one beside the predicted ones."""
+    """Amplitude of the line at the rotor speed over the run; for a measured run with the predicted ones."""
     factor, unit = unit_for(largest_finite(np.abs(report.order)), "m")
     data = [line(*thinned(along.of_windows, factor * np.abs(report.order)), "1X", BLUE, showlegend=False)]
     if report.stretches is None:

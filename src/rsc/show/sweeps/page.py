@@ -1,4 +1,4 @@
-"""The page of a sweep: what it found, its maps, what was varied, the scene; one file, without script."""
+"""The page of a sweep: results, maps, varied keys, scene; one file without script."""
 
 import base64
 import io
@@ -16,6 +16,7 @@ from rsc.show.page import head, made
 from rsc.show.page.sections import answers, table
 from rsc.show.sweeps import pictures as sweep_pictures
 from rsc.show.sweeps import words as sweep_words
+from rsc.show.words.units import shown_as_in
 
 DPI = 110
 CAPTIONS = {
@@ -32,7 +33,12 @@ def sweep_page_file(data, path):
 
 
 def sweep_page(data):
-    """The text of the page of a sweep."""
+    """The text of the page of a sweep, in the units that are chosen, or else those of its scene."""
+    with shown_as_in(sweep_pictures.scene_of(data)):
+        return _page(data)
+
+
+def _page(data):
     title = escape(one_line(data.attributes.get("title", "")) or "sweep")
     figures = "".join(_figure(name, figure) for name, figure in sweep_pictures.pictures(data).items())
     why = "".join(f"<li>{escape(line)}</li>" for line in sweep_words.reasons(data))
@@ -50,7 +56,7 @@ def sweep_page(data):
 
 
 def _answer(data):
-    """(topic, text): how the cases ended, what whirls do, extremes and where they are."""
+    """(topic, text): ends of the cases, danger classes, extremes and their places."""
     lines = [("cases", sweep_words.ends(data).partition(": ")[2])]
     if danger := sweep_words.dangers(data):
         lines.append(("backward whirl", danger.partition(": ")[2]))
@@ -59,7 +65,7 @@ def _answer(data):
 
 @default_settings()
 def _figure(name, figure):
-    """A picture within the page, with what it shows in words."""
+    """A plot within the page, with its description."""
     figure.set_dpi(DPI)
     content = io.BytesIO()
     figure.savefig(content, format="png")
@@ -69,7 +75,7 @@ def _figure(name, figure):
 
 
 def _varied(data):
-    """Rows of the table of what was varied."""
+    """Table rows of the varied keys."""
     rows = []
     for key, (_, values, about) in data.coordinates.items():
         low, high = (values.min(), values.max()) if values.dtype.kind in "fiu" else (values[0], values[-1])

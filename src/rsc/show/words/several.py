@@ -3,7 +3,7 @@
 from rsc.show.words.held import loads_text
 from rsc.show.words.table import table
 from rsc.show.words.text import claim
-from rsc.show.words.wording import frequency_text, not_valid
+from rsc.show.words.wording import frequency_text, not_valid, sentence_in_units
 
 
 def several_text(whirls, speed, remarks=(), loads=()):
@@ -24,7 +24,7 @@ def several_text(whirls, speed, remarks=(), loads=()):
     pairs = zip(whirls, loads, strict=False)
     taken = [f"whirl {frequency_text(w.frequency, '.4f')} {loads_text(own)}" for w, own in pairs if own]
     none = f"no whirl is predicted at {frequency_text(speed, '.4g')}"
-    return "\n".join([table(header, rows) if rows else none, *taken, *remarks])
+    return "\n".join([table(header, rows) if rows else none, *taken, *map(sentence_in_units, remarks)])
 
 
 def _at(name, contact):

@@ -15,7 +15,7 @@ from rsc.show.words.reasons import note, note_of_change
 from rsc.show.words.table import table
 from rsc.show.words.units import SI, column, shown_as_in, shown_in
 from rsc.show.words.verdict import sentences
-from rsc.show.words.wording import cause_text, event_text, frequency_text, not_valid
+from rsc.show.words.wording import cause_text, event_text, frequency_text, length, not_valid, sentence_in_units
 
 # rows of windows that a table shows at most; --json has them all
 MOST_ROWS = 24
@@ -51,7 +51,7 @@ def _report_text(report):
         lines.append(f"forward rub: largest at {frequency_text(report.resonance, '.2f')} (closed form)")
     lines += [f"\n{motions_text(listed)}" for listed in report.motions]
     lines += [run_text(report.result.summary)] if report.result.summary else []
-    return "\n".join([*lines, *report.remarks, *notes(report)])
+    return "\n".join([*lines, *map(sentence_in_units, report.remarks), *notes(report)])
 
 
 def _other_psi():
@@ -61,9 +61,9 @@ def _other_psi():
 
 
 def notes(report):
-    """The warnings of a report that its answer does not tell: of a measured run it begins with those of the signals."""
+    """The warnings of a report that are not part of its answer (which starts with those of measured signals)."""
     told = set(report.result.warnings) if report.result.summary is None else set()
-    return [f"note: {warning}" for warning in report.warnings if warning not in told]
+    return [f"note: {sentence_in_units(warning)}" for warning in report.warnings if warning not in told]
 
 
 def at_lead(report):
@@ -72,7 +72,7 @@ def at_lead(report):
 
 
 def window_cells(report, most):
-    """Header and rows of texts of at most so many windows, simulated beside predicted; lengths over the gap."""
+    """Header and text rows of at most `most` windows, simulated and predicted; lengths over the gap."""
     gap, (per_hertz, _) = report.contact.gap, column("Hz")
     every = max(1, math.ceil(len(report.windows) / most))
     word = {"simulated": "sim", "measured": "meas"}[report.word]
@@ -160,7 +160,7 @@ def survey_text(survey):
     for label, delay in survey.delays.items():
         lines.append(f"a run on whirl {label} loses it at {_delay_text(delay)}")
     lines += [f"whirl {label} {loads_text(own)}" for label, own in survey.loads.items() if own]
-    lines += survey.remarks
+    lines += map(sentence_in_units, survey.remarks)
     for speed, motions in survey.attractors.items():
         lines += ["", f"steady motions at {frequency_text(speed, 'g')}", _attractors(motions, gap)]
     return "\n".join(lines)
@@ -243,7 +243,7 @@ def whirls_text(whirls, gap, remarks=(), ratios=(), loads=()):
         )
         for w in whirls
     ]
-    lines = [table(header, rows) if rows else "no whirl is predicted", *remarks]
+    lines = [table(header, rows) if rows else "no whirl is predicted", *map(sentence_in_units, remarks)]
     pairs = zip(whirls, loads, strict=False)
     lines += [f"whirl {frequency_text(w.frequency, '.4f')} {loads_text(own)}" for w, own in pairs if own]
     if ratios:
@@ -252,7 +252,7 @@ def whirls_text(whirls, gap, remarks=(), ratios=(), loads=()):
 
 
 def claim(whirl):
-    """Whether a whirl is stable, or what it touches."""
+    """Stability of a whirl in words, or the clearance it touches."""
     if whirl.decays and whirl.touches:
         return touching(whirl.touches)
     return "yes" if whirl.stable else "no"
@@ -276,23 +276,29 @@ def _ratios(ratios):
 
 def run_text(summary):
     """Text on how a run ended, with its counters and its energy ledger."""
-    ledger = summary.ledger
+    ledger, (per_joule, joule) = summary.ledger, column("J")
     share = abs(ledger.residual) / ledger.turnover if ledger.turnover > 0.0 else 0.0
     parts = (ledger.rotor_damping, ledger.stator_damping, ledger.contact_damping)
-    rotor, stator, contact = (_lost(part, max(abs(ledger.residual), LEDGER * summary.rtol * ledger.turnover)) for part in parts)
+    accuracy = max(abs(ledger.residual), LEDGER * summary.rtol * ledger.turnover)
+    rotor, stator, contact = (_lost(per_joule * part, per_joule * accuracy) for part in parts)
+    least = summary.least_diameter
+
+    def told(energy):
+        return f"{per_joule * energy:.4g}"
+
     return (
         f"run {summary.status} at {summary.end_time:.6g} s: {summary.steps} steps at rtol {summary.rtol:.3g}, "
         f"{summary.rejected} rejected, "
         f"{summary.rhs_calls} right-hand sides, {summary.switches} contact switches, {summary.contact_onsets} onsets, "
         f"{summary.contact_releases} releases, {summary.contact_time:.4g} s in contact\n"
-        f"energy in J: in {ledger.energy_in:.4g}, "
-        + (f"by the drive through rotating damping {ledger.turned_in:.4g}, " if ledger.turned_in else "")
-        + (f"by coefficients that follow the speed {ledger.followed_in:.4g}, " if ledger.followed_in else "")
-        + (f"by the torque of the drive {ledger.driven_in:.4g}, " if ledger.driven_in else "")
-        + f"by friction {ledger.friction_in:.4g}; "
+        f"energy in {joule}: in {told(ledger.energy_in)}, "
+        + (f"by the drive through rotating damping {told(ledger.turned_in)}, " if ledger.turned_in else "")
+        + (f"by coefficients that follow the speed {told(ledger.followed_in)}, " if ledger.followed_in else "")
+        + (f"by the torque of the drive {told(ledger.driven_in)}, " if ledger.driven_in else "")
+        + f"by friction {told(ledger.friction_in)}; "
         f"lost in rotor {rotor}, stator {stator}, contact {contact}; "
-        f"change {ledger.change:.4g}; residual {ledger.residual:.2g} ({share:.1e} of the turnover)"
-        + (f"\nsliding forward (12) needs contact.diameter > {summary.least_diameter:.3g} m" if summary.least_diameter else "")
+        f"change {told(ledger.change)}; residual {per_joule * ledger.residual:.2g} ({share:.1e} of the turnover)"
+        + (f"\nsliding forward (12) needs contact.diameter > {length(least)}" if least else "")
     )
 
 

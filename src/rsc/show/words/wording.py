@@ -1,13 +1,17 @@
 """Quantities, speeds and places along a run in words."""
 
 import math
+import re
 
 import numpy as np
 
 from rsc.measure.several import name_of
-from rsc.show.words.units import VIBRATION, column, unit_for
+from rsc.show.words.units import SI, VIBRATION, column, system, unit_for
 
 MOST_STRETCHES = 3
+# a number, or two, with a unit of `sentence_in_units`, and no other behind it
+_NUMBER = r"([+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?)"
+_QUANTITY = re.compile(rf"(?<![\w.]){_NUMBER}(?: to {_NUMBER})? (Hz|m/s|mm|N)(?![\w/]| [ms]\b)")
 # of predictions that have no letter
 NAMES = {"": "no whirl", "roll": "rolling", "forward rub": "forward rub", "no contact": "no contact"}
 
@@ -88,6 +92,22 @@ def frequency_number(value):
     return hertz(value) if column("Hz")[1] == "Hz" else rpm(value)
 
 
+def sentence_in_units(text):
+    """A sentence of the analysis, which tells numbers in SI and Hz, with its frequencies, speeds, forces and lengths in the units
+    that are shown."""
+    return text if system() == SI else _QUANTITY.sub(_converted, text)
+
+
+def _converted(match):
+    """A number, or two from one to the other, with its unit."""
+    low, high, unit = match.groups()
+    base, factor = {"mm": ("m", 1e-3)}.get(unit, (unit, 1.0))
+    values = [factor * float(number) for number in (low, high) if number]
+    if base == "Hz":
+        return frequency_text(*values) if len(values) == 1 else frequencies_text(*values)
+    return " to ".join(amount(value, base) for value in values)
+
+
 def speed_text(value):
     """A rotor speed in Hz in its unit, and as rpm."""
     return frequency_text(value) + (f" ({rpm(value)} rpm)" if column("Hz")[1] == "Hz" else "")
@@ -137,7 +157,7 @@ def frequencies_text(low, high, form=""):
 
 
 def rates_text(low, high, explained=True):
-    """A range of rates at which whirls turn, in Hz; explained: what their sign means."""
+    """A range of whirl rates in Hz; `explained` adds the meaning of the sign."""
     same, sign = f"{low:.4g}" == f"{high:.4g}", "negative: against the rotation" if explained else ""
     if column("Hz")[1] != "Hz":
         text = frequency_text(low) if same else frequencies_text(low, high)

@@ -1,4 +1,4 @@
-"""What `rsc predict` tells: the whirls at rotor speeds with all that goes with them, or the survey over the speeds of the run."""
+"""Output of `rsc predict`: whirls at rotor speeds with remarks, or the survey over the speeds of the run."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -117,7 +117,7 @@ def rolling_motion(system: System, roll: Roll, speed: float) -> tuple[float, ...
 
 
 class _Balanced:
-    """Harmonic balances at some of the windows on one whirl, and what they correct at all of them."""
+    """Harmonic balances at some windows on one whirl, interpolated to corrections for all of them."""
 
     def __init__(self, system: System, whirls: Sequence[Any]) -> None:
         self.system, self.whirls = system, whirls

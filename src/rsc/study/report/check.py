@@ -1,4 +1,4 @@
-"""The main job: simulate a scene, predict it, compare the two."""
+"""Simulate a scene, predict its whirls and compare both."""
 
 import os
 from collections.abc import Callable
@@ -43,6 +43,7 @@ from rsc.study.motions.release import with_held
 from rsc.study.prediction.reductions import coefficient_remarks, reduction_remarks
 from rsc.study.report.alone import moving_lines, settling_rates
 from rsc.study.report.best import best_predictions, no_predictions, rolling_motion
+from rsc.study.report.letters import lettered
 from rsc.study.report.report import Report, border_of_run, course_of, measured, sag_of
 from rsc.study.run.simulate import simulate, tolerance_remark
 from rsc.system.assemble import assemble
@@ -145,7 +146,7 @@ def compared(
     steady = Steady(alone, rub, moving_lines(one, features, alone), settling_rates(system, features))
     windows = compare(features, whirl_branches, steady, rolls, best, _load_deflection(one))
     changes = transitions(features, whirl_branches, {} if several else delays_of(scene, system, whirl_branches), best)
-    listed = _motions(scene, features, torque or scene) if lists else []
+    listed = [lettered(own, whirl_branches) for own in _motions(scene, features, torque or scene)] if lists else []
     limits = np.sort(np.abs(scene.drive.speed))[[0, -1]] * TWO_PI
     closed = limits[1] > limits[0] and not several
     resonance = synchronous_resonance(system, limits) / TWO_PI if closed else float("nan")
@@ -177,7 +178,7 @@ def compared(
 
 
 def _of_predictions(system: System, whirl_branches: list[Branch]) -> list[str]:
-    """Remarks on what is predicted for a system."""
+    """Remarks on the predictions for a system."""
     whirls = [whirl for branch in whirl_branches for whirl in branch.whirls]
     if len(system.contacts) > 1:
         return body_remarks(system, whirls) + set_remarks(system)
@@ -262,7 +263,7 @@ def _refuse_too_short(result: Trajectory) -> None:
 
 
 def rolls_of(system: System, features: Features) -> Rolls:
-    """Rolls of a run, looked for where a window or its neighbour rolls; with the whole unbalance where such a motion is found."""
+    """Rolling whirls near windows that roll; with the full unbalance if such a motion is found."""
     values = np.full((5, len(features.speed)), np.nan)
     padded = np.pad(features.rolling > ROLLS_PARTLY, 1)
     rolling = padded[:-2] | padded[1:-1] | padded[2:]

@@ -1,4 +1,4 @@
-"""A measured run beside the predictions for a scene: `compare(scene, measured)`, the report of a run that no simulation made."""
+"""`compare(scene, measured)`: the report of a measured run with the predictions for a scene."""
 
 from dataclasses import replace
 from typing import Any

@@ -1,4 +1,4 @@
-"""`Report`, a run beside its predictions: what tables, pictures and pages are made of."""
+"""`Report`: a run, its predictions and their comparison, for tables, plots and pages."""
 
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
@@ -142,7 +142,7 @@ class Report:
 
     @property
     def contact(self) -> Contact:
-        """The contact of the scene at which all is told that is of one."""
+        """The contact to which results of a single contact refer."""
         contacts = self.result.scene.contacts
         return next((contact for contact in contacts if contact.name == self.lead), contacts[0])
 
@@ -154,7 +154,7 @@ class Report:
 
     @property
     def verdict(self) -> Verdict | None:
-        """The first thing to read: what the run did, what an impact starts, how severe that is; None of a measured run."""
+        """Verdict: the motion of the run, the effect of an impact, and the severity; None for a measured run."""
         if self.stretches is None or self.border is None:
             return None
         each = at_contacts(self.result)

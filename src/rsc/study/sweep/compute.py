@@ -111,7 +111,7 @@ def _rows(kind: str, scenes: list[Any]) -> list[tuple[Sequence[int], Rows]]:
 
 
 def _nothing(kind: str, status: str, error: Exception) -> Rows:
-    """The row of a case of which nothing is known but the reason."""
+    """The row of a case that has only a reason."""
     reason = str(error) if isinstance(error, RscError) else f"{type(error).__name__}: {one_line(error)}"
     if isinstance(error, SceneError):
         reason = reason.removeprefix(f"{error.file}: ")  # the values are those of the row
