@@ -226,7 +226,7 @@ def _attractors(motions, gap):
 
 def whirls_text(whirls, gap, remarks=(), ratios=(), loads=()):
     """Table of the predicted whirls at one speed, remarks on them in words (`rsc.analysis.survey.remarks`), the force ratios of
-    their pairs (`rsc.analysis.lines.force_ratio`), and what each takes from a drive with a torque (`rsc.system.held`)."""
+    their pairs (`rsc.analysis.follow.force_ratio`), and what each takes from a drive with a torque (`rsc.system.held`)."""
     header = ("speed Hz", "Psi Hz", "|r|/gap", "|s|/gap", "F_N N", "growth 1/s", "stable", "1X/gap", "2Psi-1X/gap", "not valid")
     rows = [
         (
