@@ -32,7 +32,7 @@ from rsc.machine.imports.store import load_model  # noqa: E402
 
 ROUNDED = 5e-3  # of decrements, which are printed with three digits
 STILL = 1e-7  # growth rate over its eigenvalue: rounding
-TOLD = re.compile(r"slowest modes? at (\S+) Hz, of the machine as it was read: (.*); more by")
+TOLD = re.compile(r"lowest modes? at (\S+) Hz of the full model: (.*); more by")
 MODE = re.compile(r"(-?[\d.e+-]+) Hz \((undamped|does not oscillate|decrement (-?[\d.e+-]+))\)")
 
 
