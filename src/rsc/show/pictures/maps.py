@@ -167,7 +167,7 @@ def plot_starts(listed: Motions, *, title: str) -> Figure:
     figure, axes = new_figure(max(6.4, 4.6 * len(places)), 6.6 if len(places) == 1 else 5.8, columns=len(places))
     for i, (name, largest) in enumerate(places.items()):
         own = np.ravel(axes)[i]
-        _knocks(own, listed, slice(i, None, len(places)), largest)
+        knocks(own, listed, slice(i, None, len(places)), largest)
         if name:
             own.set_title(f"at {as_text(name)}")
     title = f"{title}\nknocks at {frequency_text(listed.speed, '.4g')} and what they start".strip()
@@ -180,7 +180,7 @@ def plot_starts(listed: Motions, *, title: str) -> Figure:
     return figure
 
 
-def _knocks(axes: Axes, listed: Motions, part: slice, largest: float) -> None:
+def knocks(axes: Axes, listed: Motions, part: slice, largest: float) -> None:
     """The random knocks at one contact, every so manieth of all, into axes."""
     factor, unit = unit_for(largest, "N s")
     knock, ended = factor * listed.knock[part], listed.ended[part]
