@@ -7,7 +7,7 @@
 Asked of every scene: no crash (a refusal is one line of an `RscError`); every line of the answer is true by samples of the
 second engine (answers_engine.py) and labels from them (answers_labels.py); rows that "agree" do so for the second engine as well;
 no line contradicts another. A number on which runs of the second engine from slightly other starts do not agree is skipped and
-counted. --lists: every lasting motion that random knocks of the second engine find is in the list of `rsc.motions`, and every
+counted. --lists: every lasting motion that random impacts of the second engine find is in the list of `rsc.motions`, and every
 motion of the list lasts in the second engine. Scenes with a false line are saved under out/answers/, the first line says what is
 said and what is right. --write keeps every scene as it ends in results/answers.json, in place of an older judgement of it, and
 writes the tables of all that are kept to results/answers.md. Exit code 1 if there is a false line.
@@ -177,13 +177,13 @@ def table_of(cases, lists):
 
 
 def _share_listed(cases):
-    """How many of the motions that last after knocks of the second engine are in the lists."""
+    """How many of the motions that last after impacts of the second engine are in the lists."""
     found = sum(case.lines[topic] for case in cases for topic in MISSING)
     missing = [[one.topic for one in case.findings if one.topic in MISSING] for case in cases]
     own = [lost for case, lost in zip(cases, missing, strict=True) if sum(case.lines[topic] for topic in MISSING)]
     lost, whole = sum(map(len, missing)), own.count([])
     return (
-        f"Of {found} lasting motions that {STARTS} knocks of the second engine on each machine end in, {found - lost} "
+        f"Of {found} lasting motions that {STARTS} impacts of the second engine on each machine end in, {found - lost} "
         f"({100.0 * (found - lost) / max(found, 1):.1f} %) are in the lists; in {whole} of {len(own)} scenes "
         f"({100.0 * whole / max(len(own), 1):.1f} %) all of them are."
     )

@@ -1,4 +1,4 @@
-"""Lists of `rsc.motions` against random knocks of the second engine."""
+"""Lists of `rsc.motions` against random impacts of the second engine."""
 
 import warnings
 from collections import Counter
@@ -17,7 +17,7 @@ MISSING = "lasts, not listed", "lasts restlessly, not listed"  # of a motion tha
 
 def judged_list(scene, starts=STARTS):
     """("listed", Counter, findings) of the list of a scene at its first speed; the Counter has the motions of the list by kind,
-    and as MISSING those that last after knocks of the second engine."""
+    and as MISSING those that last after impacts of the second engine."""
     listed, count = rsc.motions(scene), Counter()
     judging()
     with warnings.catch_warnings():
@@ -28,7 +28,7 @@ def judged_list(scene, starts=STARTS):
 
 
 def _lasting(at, listed):
-    """(topic, detail) of motions of a list that the second engine does not reach, from knocks that do or from themselves."""
+    """(topic, detail) of motions of a list that the second engine does not reach, from impacts that do or from themselves."""
     for motion in listed.motions:
         end, others = reached(at, claim_of(motion), starts_of(at, listed, motion))
         if end is None:
@@ -38,14 +38,14 @@ def _lasting(at, listed):
 
 
 def _missing(at, listed, starts, count):
-    """(topic, detail) of lasting motions that knocks of the second engine end in and that are not in a list; count: a Counter to
+    """(topic, detail) of lasting motions that impacts of the second engine end in and that are not in a list; count: a Counter to
     which all of them that last are added."""
     dice = np.random.default_rng(7)
     sizes = listed.largest * dice.uniform(size=starts) * np.exp(2j * np.pi * dice.uniform(size=starts))
     base, claims, seen = base_of(at), [claim_of(motion) for motion in listed.motions], []
     left, reached_claims = [], set()
     for impulse in sizes.tolist():
-        end = at.end(at.knocked(base, impulse))
+        end = at.end(at.hit(base, impulse))
         listed_as = _place(claims, end, at)
         if listed_as is None and end.kinds and _place([*seen, *left], end, at) is None:
             beside = at.lasts(end, dice)

@@ -15,7 +15,7 @@ ALIKE, LAST = 0.01, 6  # change from block to block of a motion at rest; blocks 
 FAR, GROWS = 20.0, 1.02  # gaps, and growth from block to block, of a motion that runs away
 STEADY, RESTLESS = (0.02, 0.05, 0.1), (0.1, 0.3, 0.5)  # of frequency, |r|, force: up to which two motions are one
 BESIDE = 0.03
-TRIES = 4  # knocks tried for a motion that is said to be possible
+TRIES = 4  # impacts tried for a motion that is said to be possible
 FOLLOWED = 2  # whole runs more of what is not at rest, or of the claimed kind and another size: a slow approach may look alike
 
 
@@ -76,7 +76,7 @@ class AtSpeed:
             *(np.concatenate([part, still]) for part in (static + forward + backward, 1j * omega * (forward - backward)))
         )
 
-    def knocked(self, state, impulse):
+    def hit(self, state, impulse):
         """A state after an impulse (complex, N s) on the rotor at the contact."""
         change = self.machine.push.astype(complex) * impulse
         change[self.n :] = 0.0
@@ -201,7 +201,7 @@ def reached(at, claim, starts):
 
 
 def base_of(at):
-    """The motion that random knocks disturb: running without contact, or what a start at rest settles to."""
+    """The motion that random impacts disturb: running without contact, or what a start at rest settles to."""
     free = at.running()
     if free is not None:
         return free
@@ -213,13 +213,13 @@ def base_of(at):
 
 
 def starts_of(at, listed, motion):
-    """States that should end in a listed motion: random knocks that rsc says do, and circles of its rate and size."""
+    """States that should end in a listed motion: random impacts that rsc says do, and circles of its rate and size."""
     index = next(i for i, one in enumerate(listed.motions) if one is motion)
-    knocks = [complex(*listed.knock[k]) for k in np.flatnonzero(listed.ended == index)[:TRIES]]
+    impacts = [complex(*listed.impulse[k]) for k in np.flatnonzero(listed.ended == index)[:TRIES]]
     still = motion.motion == NO_CONTACT
-    base = base_of(at) if knocks or still else None
+    base = base_of(at) if impacts or still else None
     yield from [base] if still else []
-    yield from (at.knocked(base, impulse) for impulse in knocks)
+    yield from (at.hit(base, impulse) for impulse in impacts)
     if motion.motion == "forward rub":
         yield at.rub(motion.force_mean)
     if motion.predicted is not None:

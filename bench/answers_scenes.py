@@ -18,11 +18,11 @@ sys.path.append(str(Path(__file__).parents[1] / "tests" / "support"))
 from machines import random_machine
 
 ROTORS, STATORS = ("laval", "disk", "chain", "matrices"), ("rigid", "laval", "chain", "matrices")
-STARTS = ("rest", "backward", "backward", "backward", "whirl", "knock", "knock", "near a whirl")
+STARTS = ("rest", "backward", "backward", "backward", "whirl", "impact", "impact", "near a whirl")
 DRIVES = ("constant", "run-up", "run-up", "run-down", "hold")
 KINDS = (
     "short", "diverging", "bouncing", "rolling", "stator-dominated", "two whirls", "run-down", "weight", "unequal supports",
-    "knock", "reduced machine", "fast whirl",
+    "impact", "reduced machine", "fast whirl",
 )  # fmt: skip
 REDUCED_SIZES = (8, 2), (9, 3)  # coordinates of rotor and stator; few, since each is a kernel of its own
 DRAWS = 60  # at most, until a scene that is to start on a whirl has one
@@ -68,7 +68,7 @@ def _runs_free(scene):
 
 
 def _drawn(dice, kind, title, constant):
-    drive = "constant" if constant else {"run-down": "run-down", "knock": "constant"}.get(kind) or dice.choice(DRIVES)
+    drive = "constant" if constant else {"run-down": "run-down", "impact": "constant"}.get(kind) or dice.choice(DRIVES)
     gap = _log(dice, 2e-4, 2e-3)
     faster = _log(dice, 8.0, 25.0) if kind == "fast whirl" else 1.0
     rotor, i_r, frequency, mass = _rotor(dice, _rotor_model(dice, kind), faster)
@@ -108,10 +108,10 @@ def _stator_model(dice, kind):
 
 
 def _start_kind(dice, kind):
-    if kind in ("bouncing", "knock"):
-        return "rest" if kind == "bouncing" else "knock on the running rotor"
+    if kind in ("bouncing", "impact"):
+        return "rest" if kind == "bouncing" else "impact on the running rotor"
     if kind in ("diverging", "rolling", "fast whirl"):
-        return dice.choice(("near a whirl", "knock", "whirl"))
+        return dice.choice(("near a whirl", "impact", "whirl"))
     return dice.choice(STARTS)
 
 
@@ -157,9 +157,9 @@ def _reduced(dice, seed, number, constant):
         "diameter": 2.0 * gap * _log(dice, 30.0, 300.0),
     }  # fmt: skip
     contact["slip_velocity"] = 0.05 * 0.5 * top * contact["diameter"]
-    kind = dice.choice(("knock", "rest"))
-    knock = rotor["mass"] * gap * top * _log(dice, 0.5, 10.0)
-    start = {"rest": True} if kind == "rest" else {"rest": True, "knock": [knock * np.cos(number), knock * np.sin(number)]}
+    kind = dice.choice(("impact", "rest"))
+    impact = rotor["mass"] * gap * top * _log(dice, 0.5, 10.0)
+    start = {"rest": True} if kind == "rest" else {"rest": True, "impulse": [impact * np.cos(number), impact * np.sin(number)]}
     slow = 1.0 if constant or dice.random() < 0.5 else dice.uniform(0.4, 0.9)
     drive = {"speed": speed if slow == 1.0 else [slow * speed, speed], "duration": dice.uniform(60.0, 150.0) / speed}
     tables = {"rotor": rotor, "stator": stator, "contact": contact, "drive": drive, "start": start}
@@ -274,7 +274,7 @@ def _drive_table(drive, speeds, duration):
 
 
 def _start(dice, start, place, gap, rotor):
-    """The table [start]; a knock is a velocity at the contact or an impulse, "near a whirl" a backward circle of guessed
+    """The table [start]; an impact is a velocity at the contact or an impulse, "near a whirl" a backward circle of guessed
     frequency and size; rotor: (mass, frequency)."""
     (n, i_r), (mass, frequency) = place, rotor
     size, faster, angle = gap * _log(dice, 0.2, 5.0), dice.uniform(1.0, 2.5), dice.uniform(0.0, TWO_PI)
@@ -285,10 +285,10 @@ def _start(dice, start, place, gap, rotor):
     if start == "whirl":
         return {"whirl": -frequency * 2.0 * faster}
     along = np.array([np.cos(angle), np.sin(angle)])
-    if start == "knock on the running rotor":
-        return {"running": True, "knock": (2.0 * size * TWO_PI * mass * frequency * along).tolist()}
+    if start == "impact on the running rotor":
+        return {"running": True, "impact": (2.0 * size * TWO_PI * mass * frequency * along).tolist()}
     turn = TWO_PI * frequency * faster
-    if start == "knock":
+    if start == "impact":
         return {"rotor_velocity": [(size * turn * along).tolist() if i == i_r else [0.0, 0.0] for i in range(n)]}
     size = min(size, 1.09 * gap)
     place = [[size, 0.0] if i == i_r else [0.0, 0.0] for i in range(n)]

@@ -1,4 +1,4 @@
-"""What `rsc check` with its list, `rsc motions` and `rsc knock` cost: processor time of whole commands beside what is asked.
+"""What `rsc check` with its list, `rsc motions` and `rsc impact` cost: processor time of whole commands beside what is asked.
 
     python bench/search_cost.py [--before FOLDER] [--quick] [--write]
 
@@ -57,10 +57,10 @@ def cases(folder):
     text, words = scene_text(*MACHINE, constant=True)
     (folder / "reduced.toml").write_text(text, encoding="utf-8")
     yield f"`rsc motions`, 64 starts, a {words.partition(',')[0]}", 20.0, {}, ("motions", folder / "reduced.toml")
-    yield "`rsc knock`, 24 directions, bench/fan.toml", 8.0, {}, ("knock", FAN, "--speed", FAN_SPEED)
+    yield "`rsc impact`, 24 directions, bench/fan.toml", 8.0, {}, ("impact", FAN, "--speed", FAN_SPEED)
     path, coordinates = compressor(folder)
-    arguments = ("knock", path, "--speed", COMPRESSOR_SPEED, "--directions", 2)
-    yield f"`rsc knock`, two directions, ROSS's compressor with {coordinates} coordinates", 40.0, {}, arguments
+    arguments = ("impact", path, "--speed", COMPRESSOR_SPEED, "--directions", 2)
+    yield f"`rsc impact`, two directions, ROSS's compressor with {coordinates} coordinates", 40.0, {}, arguments
 
 
 def compressor(folder):

@@ -64,20 +64,20 @@ def screens_of(report, folder):
 
 
 def sweep_map():
-    """Whirl danger of the tutorial's pump over friction and speed, after a knock."""
+    """Whirl danger of the tutorial's pump over friction and speed, after an impact."""
     text = (ROOT / "docs" / "users" / "tutorial.md").read_text(encoding="utf-8")
     pump = Scene.from_toml(text.split("```toml\n")[1].split("```")[0], "pump.toml")
-    scene = pump.with_values({"start.running": True, "start.knock": [3.0, 0.0], "drive.duration": 2.0})
+    scene = pump.with_values({"start.running": True, "start.impulse": [3.0, 0.0], "drive.duration": 2.0})
     grid = cases(scene, {"contact.friction": "0.05:0.4:36", "drive.speed": "20:60:41"})
     return pictures(computed(make_plan(scene, grid, "predict,run"), None))["danger"]
 
 
 def basin():
-    """In which motion the rotor of Figure 3 right ends after a knock at 60 Hz while it turns without contact."""
+    """In which motion the rotor of Figure 3 right ends after an impact at 60 Hz while it turns without contact."""
     change = {"drive.speed": 60.0, "drive.duration": 5.0, "output.rate": 500.0, "start.running": True}
     scene = scene_of(RIGHT).with_values(change)
-    knocks = cases(scene, {f"start.knock[{i}]": "-2.5:2.5:100" for i in (0, 1)})
-    return pictures(computed(make_plan(scene, knocks, "run"), None))["motion"]
+    impacts = cases(scene, {f"start.impulse[{i}]": "-2.5:2.5:100" for i in (0, 1)})
+    return pictures(computed(make_plan(scene, impacts, "run"), None))["motion"]
 
 
 def main():

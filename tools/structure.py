@@ -32,7 +32,7 @@ FEATURES = {
     "races": r".*/races?\.py",
     "coefficients that follow the speed": r".*/(by_speed|following|knots|at_speed)\.py",
     "finite-element machines": r"machine/|.*/(machines|reduced|reductions|import_model)\.py",
-    "motions, impacts, remedies": r".*/(motions|settle|knock|knocks|catalogue|kinds|final|remedy)(/|\.py)",
+    "motions, impacts, remedies": r".*/(motions|settle|impact|smallest_impulse|impulses|catalogue|kinds|final|remedy)(/|\.py)",
     "clearances and limits": r".*/(clearances|limits|watched)\.py",
     "report page": r"show/page|.*/(stored|headline|answer)\.py",
     "pictures": r"show/pictures/",

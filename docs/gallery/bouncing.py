@@ -7,7 +7,7 @@ rotor leaves the ring: it comes back, bounces, and stays in a backward whirl of 
 import rsc
 
 PUMP = rsc.Scene.from_toml("""
-title = "Pump rotor, friction 0.3, knocked"
+title = "Pump rotor, friction 0.3, after an impact"
 
 [rotor]
 model = "laval"
@@ -35,7 +35,7 @@ duration = "6 s"
 
 [start]
 running = true
-knock = ["3 N s", 0]
+impulse = ["3 N s", 0]
 
 [output]
 rate = 4000.0

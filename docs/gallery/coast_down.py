@@ -1,6 +1,6 @@
 """A pump trips while it rubs: it stands within four seconds, while untouched it coasts down for a minute.
 
-The motor keeps the whirl that a knock starts, at a little more slip. Once it has tripped, friction at the seal ring brakes six
+The motor keeps the whirl that an impact starts, at a little more slip. Once it has tripped, friction at the seal ring brakes six
 times as hard as the water at full speed, and more below. A prescribed coast-down of a minute would feed the whirl for a minute.
 """
 
@@ -40,7 +40,7 @@ coast = [[0, -0.1], [25, -0.3], [50, -0.9]]    # what the water takes
 
 [start]
 running = true
-knock = ["5 N s", 0]
+impulse = ["5 N s", 0]
 """)
 
 for motion in rsc.motions(PUMP, starts=16).motions:

@@ -1,7 +1,7 @@
-"""Overhung fan: no whirl that slides is stable, and yet a knock ends in the worst motion there is, rolling.
+"""Overhung fan: no whirl that slides is stable, and yet an impact ends in the worst motion there is, rolling.
 
 The wheel on the end of its shaft splits its natural frequency in two by its gyroscopic moments. A list of predicted whirls that
-slide would call this fan safe; `rsc.motions` simulates from everything predicted and after knocks, and finds rolling.
+slide would call this fan safe; `rsc.motions` simulates from everything predicted and after impacts, and finds rolling.
 """
 
 import rsc
@@ -48,6 +48,6 @@ for whirl in rsc.predict(FAN, speed):
 listed = rsc.motions(FAN, starts=16)
 for motion in listed.motions:
     size = f"{motion.force_max / 1e3:.0f} kN and {motion.power / 1e3:.0f} kW"
-    print(f"lasts: {motion.motion}, up to {size}, {motion.share:.0%} of knocks")
-print(f"with 95 % confidence any one other motion is started by fewer than {listed.excluded:.0%} of knocks")
+    print(f"lasts: {motion.motion}, up to {size}, {motion.share:.0%} of impacts")
+print(f"with 95 % confidence any one other motion is started by fewer than {listed.excluded:.0%} of impacts")
 save(plot_starts(listed, title=FAN.title), "overhung_fan.png")

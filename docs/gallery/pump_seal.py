@@ -38,7 +38,7 @@ duration = "8 s"
 
 [start]
 running = true
-knock = ["10 N s", 0]
+impulse = ["10 N s", 0]
 """)
 
 speed = DRY.drive.speed[0]  # Hz
@@ -49,5 +49,5 @@ WET = DRY.with_values({"rotor.supports": [[0, [k, cross, -cross, k], [c, 0.0, 0.
 reports = {"dry": rsc.check(DRY), "wet": rsc.check(WET)}
 for name, report in reports.items():
     stable = [f"{w.frequency:.1f} Hz, {w.normal_force:.0f} N" for w in rsc.predict(report.result.scene, speed) if w.stable]
-    print(f"{name}: predicted to be stable: {', '.join(stable) or 'no whirl'}; the knock ends in {report.features.kind[-1]}")
+    print(f"{name}: predicted to be stable: {', '.join(stable) or 'no whirl'}; the impact ends in {report.features.kind[-1]}")
 reports["dry"].save_html("pump_seal.html")

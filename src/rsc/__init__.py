@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from rsc.results.trajectory import Trajectory, load
     from rsc.scene.scene import Scene, load_scene
     from rsc.study.fit.fit import Fit, fit
-    from rsc.study.motions.knock import smallest_knock
     from rsc.study.motions.motions import motions
     from rsc.study.motions.remedy import remedy
+    from rsc.study.motions.smallest_impulse import smallest_impulse
     from rsc.study.prediction.sensitivity import sensitivity
     from rsc.study.report.check import check
     from rsc.study.report.compare import compare
@@ -72,7 +72,7 @@ __all__ = [
     "sensitivity",
     "simulate",
     "simulate_many",
-    "smallest_knock",
+    "smallest_impulse",
     "spectral_peaks",
     "sweep",
     "track_lines",
@@ -103,7 +103,7 @@ _HOMES = {
     "rsc.study.report.compare": ("compare",),
     "rsc.study.run.ensemble": ("simulate_many",),
     "rsc.study.fit.fit": ("Fit", "fit"),
-    "rsc.study.motions.knock": ("smallest_knock",),
+    "rsc.study.motions.smallest_impulse": ("smallest_impulse",),
     "rsc.study.motions.motions": ("motions",),
     "rsc.study.motions.remedy": ("remedy",),
     "rsc.study.prediction.sensitivity": ("sensitivity",),

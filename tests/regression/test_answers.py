@@ -22,7 +22,7 @@ def told(scene):
 
 
 def bouncing(seed):
-    """A rotor whose unbalance knocks it against a light stator, from beside the gap."""
+    """A rotor whose unbalance impacts it against a light stator, from beside the gap."""
     rng = np.random.default_rng(seed)
     return changed(
         LAVAL,
@@ -66,7 +66,7 @@ def stator_left_ringing(seed):
     }  # fmt: skip
 
 
-def knocked_once(seed):
+def hit_once(seed):
     """Some turns of a whirl that leave no backward line in their window."""
     vary = np.random.default_rng(seed).uniform(0.97, 1.03, 5).tolist()
     return {
@@ -85,7 +85,7 @@ def knocked_once(seed):
 
 
 @pytest.mark.parametrize("seed", SIBLINGS)
-@pytest.mark.parametrize("make", [stator_left_ringing, knocked_once])
+@pytest.mark.parametrize("make", [stator_left_ringing, hit_once])
 def test_a_line_that_does_not_turn_with_the_whirl_is_not_its_own(make, seed):
     """It was told as 0.03 gaps of a whirl whose rotor had 0.12 at its rate, or as 0.00 where there was none."""
     _, lines = told(rsc.Scene.from_dict(make(seed)))

@@ -133,7 +133,7 @@ def starts(draw, rotor, stator, count):
     table = draw(st.sampled_from([{"rest": True}, {"centre": True}, {"running": True}, {"whirl": "backward"},
                                   {"whirl": -31.25}, maybe(draw, **states)]))  # fmt: skip
     if count == 1:
-        table |= maybe(draw, knock=PAIR)
+        table |= maybe(draw, impulse=PAIR)
     return {**table, "allow_penetration": True}
 
 

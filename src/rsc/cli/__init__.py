@@ -19,8 +19,8 @@ from rsc.cli import (
     compare,
     completion,
     fit,
+    impact,
     import_model,
-    knock,
     limits,
     modes,
     motions,
@@ -40,7 +40,7 @@ from rsc.errors import DataError, RscError, SolverError, WriteError
 from rsc.operating_system import SENT_TWICE, STOPS, address_space
 
 COMMANDS = (
-    check, compare, fit, run, predict, modes, limits, motions, remedy, report, sweep, knock, plot, new, import_model, completion,
+    check, compare, fit, run, predict, modes, limits, motions, remedy, report, sweep, impact, plot, new, import_model, completion,
 )  # fmt: skip
 LEAST_ADDRESS_SPACE = 1e9  # bytes; compiling the kernel takes most of it
 

@@ -8,11 +8,12 @@ from typing import Any, NoReturn
 # the list of `rsc --help`; a command stands in one group (tested)
 GROUPS = {
     "main job": ("new", "check", "run", "report", "plot"),
-    "questions to a machine": ("predict", "modes", "limits", "motions", "knock", "remedy"),
+    "questions to a machine": ("predict", "modes", "limits", "motions", "impact", "remedy"),
     "many runs": ("sweep",),
     "measured runs": ("compare", "fit"),
     "files": ("import", "info", "verify", "completion"),
 }
+RENAMED = {"knock": ", since version 0.2.0 it is called impact"}
 
 
 class Parser(argparse.ArgumentParser):
@@ -65,7 +66,7 @@ class MainParser(Parser):
         if action is not self.commands or value in self.commands.choices:
             return
         scene = f", did you mean `rsc check {value}`?" if str(value).endswith(".toml") else ""
-        hint = scene or _meant(value, self.commands.choices) or ", `rsc --help` lists them"
+        hint = scene or RENAMED.get(value, "") or _meant(value, self.commands.choices) or ", `rsc --help` lists them"
         raise argparse.ArgumentError(None, f"there is no command {value!r}{hint}")
 
     def format_help(self) -> str:

@@ -66,7 +66,7 @@ class LastingMotion(FinalMotion):
     share : float, of the random starts that end in it; NaN without random starts
     modulated : bool, whether it changes from block to block without end
     predicted : Predicted it is near to, or None
-    smallest_knock : float N s, the smallest found that starts it; NaN where none was looked for or found
+    smallest_impulse : float N s, the smallest found that starts it; NaN where none was looked for or found
     border : rsc.system.border.Border, how far it is towards what the contact law and any machine can bear
     held : tuple of rsc.system.held.Held, what a drive with a torque makes of it, simulated; empty without one
     """
@@ -74,7 +74,7 @@ class LastingMotion(FinalMotion):
     share: float
     modulated: bool
     predicted: Predicted | None
-    smallest_knock: float
+    smallest_impulse: float
     border: Border
     held: tuple[Held, ...] = ()
 
@@ -145,9 +145,9 @@ class Motions(Brief):
     motions : list of LastingMotion
     not_reached : list of Predicted that no run ended in
     leaving : list of Predicted whose small motions grow, but so slowly that no run that began beside it had left it
-    starts : int, random ones; seed : int; largest : float N s, of their knocks; runs : int, of all
-    largest_at : dict, name -> N s, largest knock at each of several contacts, which are knocked in turn; empty with one
-    knock : (starts, 2) N s, y and z, the random ones; ended : (starts,) int, number of the motion that each ends in, -1 for one
+    starts : int, random ones; seed : int; largest : float N s, of their impacts; runs : int, of all
+    largest_at : dict, name -> N s, largest impulse at each of several contacts, which are hit in turn; empty with one
+    impulse : (starts, 2) N s, y and z, the random ones; ended : (starts,) int, number of the motion that each ends in, -1 for one
         that had not settled or does not last
     mu_min : float, the least friction with which anything backward is predicted to last or to run away there, NaN where none up
         to 5 is; mu_min_frequency : float Hz, of that motion; both NaN at several contacts, for which it is not known
@@ -166,7 +166,7 @@ class Motions(Brief):
     seed: int
     largest: float
     runs: int
-    knock: NDArray[np.float64]
+    impulse: NDArray[np.float64]
     ended: NDArray[np.intp]
     mu_min: float
     mu_min_frequency: float
@@ -197,13 +197,13 @@ class Motions(Brief):
         return drawing().motions(self, ax)
 
     @property
-    def knocks(self) -> str:
-        """The random knocks in words."""
-        return f"{self.starts} random knocks {self.sizes}"
+    def impacts(self) -> str:
+        """The random impacts in words."""
+        return f"{self.starts} random impacts {self.sizes}"
 
     @property
     def sizes(self) -> str:
-        """How large the random knocks are, in words."""
+        """How large the random impacts are, in words."""
         at = " and ".join(f"at {name} up to {size:.3g} N s" for name, size in self.largest_at.items())
         return at or f"up to {self.largest:.3g} N s"
 
@@ -239,7 +239,7 @@ class Motions(Brief):
             motions=[turned(motion) for motion in self.motions],
             not_reached=[_turned(one) for one in self.not_reached],
             leaving=[_turned(one) for one in self.leaving],
-            knock=self.knock * [1.0, -1.0],
+            impulse=self.impulse * [1.0, -1.0],
             mu_min_frequency=-self.mu_min_frequency,
             mu_whirl_frequency=-self.mu_whirl_frequency,
             smallest=self.smallest and replace(self.smallest, direction=-self.smallest.direction % 360.0),
@@ -273,6 +273,6 @@ def _columns(gap: float) -> dict[str, Callable[[LastingMotion], object]]:
         "modulated": lambda motion: motion.modulated,
         "touches": lambda motion: ", ".join(motion.touches),
         "predicted": lambda motion: motion.predicted.label if motion.predicted else "",
-        "smallest knock in N s": lambda motion: motion.smallest_knock,
+        "smallest impulse in N s": lambda motion: motion.smallest_impulse,
         "drive": lambda motion: ", ".join(one.outcome for one in motion.held),
     }

@@ -356,7 +356,7 @@ def _settled(features: Features, growth: np.ndarray, upset: np.ndarray, rows: Se
 
 
 def _rings_down(features: Features, growth: np.ndarray, row: Row, earlier: Sequence[Row]) -> Row:
-    """The row of a window without a whirl, as one that settles if what start, knock or contact left of small motions covers it.
+    """The row of a window without a whirl, as one that settles if what start, impact or contact left of small motions covers it.
 
     At the first window of a stretch of one motion that is taken as the line itself, or as more where the first windows show more.
     """

@@ -30,7 +30,7 @@ from scenes import changed
 
 RATE, LENGTH, GAP = 2000.0, 400, 1e-3
 TIME = np.arange(LENGTH) / RATE
-SOME = (1, 9, 21, 111)  # scenes judged here: diverging, knocks and a fast whirl
+SOME = (1, 9, 21, 111)  # scenes judged here: diverging, impacts and a fast whirl
 
 
 def circle(frequency, size=GAP, phase=0.3):
@@ -207,7 +207,7 @@ def test_wrong_agreement_is_found_and_right_agreement_is_not():
 
 @pytest.fixture(scope="module")
 def report():
-    """A run that a knock brings to whirl backward: `near a whirl` of the tutorial's pump."""
+    """A run that an impact brings to whirl backward: `near a whirl` of the tutorial's pump."""
     return rsc.check(rsc.Scene.from_dict(changed(start={"whirl": "backward"}, drive={"speed": [50.0, 55.0], "duration": 1.0})))
 
 

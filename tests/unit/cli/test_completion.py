@@ -55,7 +55,7 @@ def test_fish_offers_the_same(line, word, script, tmp_path):
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_every_command_and_option_is_in_every_script(shell, script, capsys):
     text = script(shell)
-    for command in ("check", "compare", "sweep", "knock", "completion"):
+    for command in ("check", "compare", "sweep", "impact", "completion"):
         with pytest.raises(SystemExit):
             main([command, "--help"])
         options = [word.strip(",[]") for word in capsys.readouterr().out.split() if word.startswith(("--", "[--"))]

@@ -74,3 +74,9 @@ def test_the_reference_is_current():
         options = [option for action in parser._actions for option in action.option_strings if option not in ("-h", "--help")]
         section = page.partition(f"### rsc {name}\n")[2].partition("\n### ")[0]
         assert section and all(f"`{option}" in section for option in options)
+
+
+def test_a_renamed_command_is_told_by_its_present_name(capsys):
+    with pytest.raises(SystemExit):
+        main(["knock", "x.toml"])
+    assert "it is called impact" in capsys.readouterr().err

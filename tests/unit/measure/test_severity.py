@@ -20,7 +20,7 @@ BEYOND = Border(3.0, 3e-3, math.nan, 3.0, math.nan)
 
 def motion(kind, force=100.0, amplitude=1e-3, border=INSIDE, frequency=-50.0, power=math.nan):
     described = (kind, frequency, 0.0, amplitude, 2.0 * amplitude, 0.0, 0.5 * force, force, 1.0, math.nan, power, {}, {})
-    return LastingMotion(*described, share=0.5, modulated=False, predicted=None, smallest_knock=math.nan, border=border)
+    return LastingMotion(*described, share=0.5, modulated=False, predicted=None, smallest_impulse=math.nan, border=border)
 
 
 def listed(motions, ended, interrupted=False, **more):

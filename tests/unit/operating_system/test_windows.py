@@ -44,7 +44,7 @@ EVERY = {
     "predict s.toml --speed 50 --sensitivity": (),
     "modes s.toml --speeds 10:100:5 -o modes.png": ("modes.png",),
     "limits s.toml": (),
-    "knock s.toml --speed 50 --directions 2": (),
+    "impact s.toml --speed 50 --directions 2": (),
     "motions s.toml --speed 50 --starts 2 -o motions.png": ("motions.png",),
     "remedy s.toml --speed 50 --starts 2": (),
     "compare s.toml probes.toml -o compared.html": ("compared.html",),

@@ -214,6 +214,7 @@ BAD = [
     ("both of two", LAVAL, {"drive.schedule": [[0, 1], [1, 2]]}, "drive.schedule", "left out when speed is given"),
     ("both of two", LAVAL, {"start": {"rest": True, "whirl": "backward"}}, "start.whirl", "left out when rest"),
     ("both of two", LAVAL, {"start": {"whirl": 3, "stator": [[0, 0]]}}, "start.stator", "left out when whirl"),
+    ("renamed", LAVAL, {"start": {"rest": True, "knock": [1.0, 0.0]}}, "start.knock", "it is called impulse"),
     ("rest is no answer", LAVAL, {"start.rest": False}, "", "true or left out"),
     ("unknown whirl", LAVAL, {"start.whirl": "forward"}, "", '"backward" or a frequency'),
     ("gravity negative", LAVAL, {"rotor.gravity": -9.81}, "", "along -z"),

@@ -119,8 +119,8 @@ def test_other_contents_than_tables_are_one_line(contacts):
 def test_a_start_in_the_wall_of_one_of_them_names_it():
     with pytest.raises(SceneError, match="inside the wall of ring"):
         Scene.from_dict({**TWO, "start": {"rotor": [[0, 0], [0, 0], [3e-4, 0]]}})
-    with pytest.raises(SceneError, match="knock"):
-        Scene.from_dict({**TWO, "start": {"knock": [1.0, 0.0]}})
+    with pytest.raises(SceneError, match="impulse"):
+        Scene.from_dict({**TWO, "start": {"impulse": [1.0, 0.0]}})
 
 
 FOR_ONE = {
@@ -130,7 +130,7 @@ FOR_ONE = {
     "delay": lambda own: rsc.delay(own, -50.0),
     "fold": lambda own: rsc.fold(own, -50.0, [20.0, 100.0]),
     "force_ratios": rsc.force_ratios,
-    "smallest_knock": lambda own: rsc.smallest_knock(own, 60.0),
+    "smallest_impulse": lambda own: rsc.smallest_impulse(own, 60.0),
     "sensitivity": rsc.sensitivity,
     "survey": survey,
     "mu_min": lambda own: mu_min(own, 60.0),
@@ -138,7 +138,7 @@ FOR_ONE = {
 }
 
 
-@pytest.mark.parametrize("ask", [ask for name, ask in FOR_ONE.items() if name not in ("predict", "smallest_knock")])
+@pytest.mark.parametrize("ask", [ask for name, ask in FOR_ONE.items() if name not in ("predict", "smallest_impulse")])
 def test_what_treats_one_contact_refuses_several_in_one_line(ask):
     with pytest.raises(SolverError, match=r"2 contacts \(seal, ring\)") as refusal:
         ask(scene())

@@ -68,8 +68,8 @@ def test_entries_of_lists_change_alone_and_of_matrices_with_their_mirror_image()
     changed = with_entries(CHAINS, {"rotor.masses[1]": 2.5, "rotor.masses[2]": 1.25, "contact.gap": 2e-3})
     assert changed.rotor.masses == (1.0, 2.5, 1.25) and changed.contact.gap == 2e-3
     assert with_entries(DISK, {"rotor.stiffness[1][0]": -3000.0}).rotor.stiffness[0][1] == -3000.0
-    knocked = with_entries(SCENE.with_values({"start.rest": True}), {"start.rotor_velocity[0][1]": 0.5})
-    assert knocked.start.rotor_velocity == (0.5j,) and knocked.start.rotor == (0j,)
+    hit = with_entries(SCENE.with_values({"start.rest": True}), {"start.rotor_velocity[0][1]": 0.5})
+    assert hit.start.rotor_velocity == (0.5j,) and hit.start.rotor == (0j,)
     with pytest.raises(rsc.SceneError, match=r"rotor.masses\[7\]"):
         with_entries(CHAINS, {"rotor.masses[7]": 1.0})
 

@@ -180,14 +180,14 @@ def test_a_sweep_over_one_key_becomes_curves():
 
 def test_whirls_of_two_frequencies_are_two_classes():
     scene = rsc.load_scene(FIGURE).with_values({"drive.speed": 60.0, "drive.duration": 1.0, "start.whirl": -35.8})
-    data = dataset({"start.knock[0]": [-0.5, 0.0, 0.5], "start.knock[1]": [0.0, 0.1]}, "run", scene)
+    data = dataset({"start.impulse[0]": [-0.5, 0.0, 0.5], "start.impulse[1]": [0.0, 0.1]}, "run", scene)
     motion = data.variables["motion"][1]
     motion[0, 1], data["turning_frequency"][:] = b"running away", [[-44.02, -700.0], [-35.8, -35.81], [-35.79, -44.0]]
     motion[1:], motion[0, 0] = b"backward whirl, sliding", b"backward whirl, sliding"
     figure = sweep_pictures.pictures(data)["motion"]
     names = ["backward whirl, sliding at -44.02 Hz (33 %)", "running away (17 %)", "backward whirl, sliding at -35.81 Hz (50 %)"]
     assert sorted(legend_of(figure)) == sorted(names)
-    assert figure.axes[0].get_xlabel().startswith("knock on the rotor at time 0 (start.knock[0])")
+    assert figure.axes[0].get_xlabel().startswith("impulse on the rotor at time 0 (start.impulse[0])")
     assert figure.axes[0].get_aspect() == 1.0
     assert cells_of(figure, 0.5, 0.1) == cells_of(figure, -0.5, 0.0) != cells_of(figure, 0.5, 0.0) == cells_of(figure, 0.0, 0.1)
 

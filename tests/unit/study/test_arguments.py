@@ -58,7 +58,7 @@ def right(tmp_path_factory):
         rsc.simulate_many: {"scenes": [SCENE, SCENE]},
         rsc.cases: {"scene": SCENE, "vary": {"contact.friction": [0.1, 0.2]}},
         rsc.sweep: {"scene": SCENE, "vary": {"contact.friction": [0.1]}, "compute": "mu_min"},
-        rsc.smallest_knock: {"scene": SCENE.with_values({"drive.speed": speed}), "directions": 1, "largest": 0.01},
+        rsc.smallest_impulse: {"scene": SCENE.with_values({"drive.speed": speed}), "directions": 1, "largest": 0.01},
         rsc.motions: {"scene": SCENE, "speed": speed, "starts": 1, "largest": 0.01},
         rsc.remedy: {"scene": SCENE.with_values({"contact.friction": 0.0}), "speed": speed, "starts": 1},
         rsc.sensitivity: {"scene": SCENE, "speed": speed, "values": ["contact.friction"]},

@@ -1,4 +1,4 @@
-"""What a torque-limited drive makes of motions: simulated, and judged by another integration; lists and knocks at a prescribed
+"""What a torque-limited drive makes of motions: simulated, and judged by another integration; lists and impacts at a prescribed
 speed."""
 
 import json
@@ -188,9 +188,9 @@ def test_motions_are_those_of_the_prescribed_speed_and_say_what_the_drive_holds(
     assert listed.table().columns[-1] == "drive"
 
 
-def test_a_knock_is_that_of_the_prescribed_speed():
+def test_an_impact_is_that_of_the_prescribed_speed():
     scene = pump(trip=0.5)
-    ours, theirs = (rsc.smallest_knock(one, directions=1) for one in (scene, scene.steady(50.0)))
+    ours, theirs = (rsc.smallest_impulse(one, directions=1) for one in (scene, scene.steady(50.0)))
     assert ours.impulse == theirs.impulse and ours.impulse > 0.0
 
 
@@ -205,7 +205,7 @@ def test_commands_say_what_the_drive_holds(tmp_path, capsys):
         assert told in capsys.readouterr().out
         assert main([command[0], str(path), *command[1:], "--json"]) == 0
         assert f'"{key}"' in json.dumps(json.loads(capsys.readouterr().out))
-    assert main(["knock", str(path), "--speed", "45", "--directions", "1"]) == 0
+    assert main(["impact", str(path), "--speed", "45", "--directions", "1"]) == 0
 
 
 def test_sweeps_run_a_drive_with_a_torque_and_refuse_a_jump_along_it():

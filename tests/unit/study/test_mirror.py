@@ -27,7 +27,7 @@ DIRECTED = changed(
     LAVAL,
     rotor={"supports": [[0, [4e3, 1e3, -2e3, -2e3], [2.0, 0.5, 0.1, 1.0]]], "load": [[3.0, -20.0]]},
     contact={"diameter": 0.04, "ring_eccentricity": [2e-5, 70.0]},
-    start={"running": True, "knock": [0.01, 0.02]},
+    start={"running": True, "impulse": [0.01, 0.02]},
 )
 FALLING = {"speed": [50.0, 45.0], "duration": 0.4}
 BODIES = changed(SCENES["gyroscopic disk"], contact={"diameter": 0.04}, drive=FALLING, start={"whirl": -67.8})
@@ -149,9 +149,9 @@ def test_a_report_of_a_rotor_that_turns_backwards_is_that_of_its_mirror_image(tm
     assert told[1].err == told[3].err and "turns backwards" in told[1].err and not told[0].err
 
 
-def test_the_smallest_knock_and_a_sweep_of_a_rotor_that_turns_backwards():
+def test_the_smallest_impulse_and_a_sweep_of_a_rotor_that_turns_backwards():
     scene, mirror = pair({**PUMP, "drive": {"speed": 45.0, "duration": 0.3}})
-    knocks, turned = (rsc.smallest_knock(one, directions=3, largest=3.0) for one in (scene, mirror))
+    impacts, turned = (rsc.smallest_impulse(one, directions=3, largest=3.0) for one in (scene, mirror))
     assert turned.speed == -45.0 and turned.direction.tolist() == [0.0, 240.0, 120.0]
-    np.testing.assert_array_equal(turned.impulse, knocks.impulse)
-    np.testing.assert_array_equal(turned.frequency, -knocks.frequency)
+    np.testing.assert_array_equal(turned.impulse, impacts.impulse)
+    np.testing.assert_array_equal(turned.frequency, -impacts.frequency)

@@ -38,7 +38,7 @@ def test_the_stable_whirl_the_rolling_one_and_no_contact_are_found():
     (whirl,) = [whirl for whirl in rsc.predict(pump()) if whirl.stable]
     assert sliding.predicted.frequency == whirl.frequency == pytest.approx(sliding.frequency, rel=1e-3)
     assert sliding.amplitude_max == pytest.approx(whirl.rotor_amplitude, rel=0.1) and not sliding.modulated
-    assert rolling.frequency == pytest.approx(-708.42, abs=0.1) and rolling.share == 0.0  # no knock starts it
+    assert rolling.frequency == pytest.approx(-708.42, abs=0.1) and rolling.share == 0.0  # no impact starts it
     assert sliding.share + free.share == pytest.approx(1.0) and not (listed.ended < 0).any()
     # the drive pays mu F_N d/2 at the contact
     assert sliding.torque == pytest.approx(0.2 * sliding.force_mean * 0.04, rel=0.01)
@@ -46,7 +46,7 @@ def test_the_stable_whirl_the_rolling_one_and_no_contact_are_found():
 
 
 def test_where_no_whirl_is_stable_a_bouncing_one_lasts():
-    """At friction 0.3 no sliding whirl is stable; 36 of 64 knocks up to 8 N s end in a bouncing one of 3.2 gaps at -74 Hz."""
+    """At friction 0.3 no sliding whirl is stable; 36 of 64 impacts up to 8 N s end in a bouncing one of 3.2 gaps at -74 Hz."""
     scene = pump(**{"contact.friction": 0.3})
     assert not any(whirl.stable for whirl in rsc.predict(scene))
     listed = rsc.motions(scene, starts=24, largest=8.0, smallest=True)
@@ -55,10 +55,10 @@ def test_where_no_whirl_is_stable_a_bouncing_one_lasts():
     assert bouncing.amplitude_max / 2.5e-4 == pytest.approx(3.2, abs=0.1)
     assert bouncing.force_max == pytest.approx(3.9e3, rel=0.05) and 0.25 < bouncing.share < 0.85
     assert bouncing.predicted is not None and not bouncing.predicted.stable
-    turn = bouncing.smallest_knock
+    turn = bouncing.smallest_impulse
     assert 0.0 < turn < 3.0
-    knocks = np.hypot(*listed.knock.T)
-    assert (knocks[listed.ended == kinds(listed).index(Kind.NO_CONTACT)].min(initial=9.0)) < 8.0
+    impacts = np.hypot(*listed.impulse.T)
+    assert (impacts[listed.ended == kinds(listed).index(Kind.NO_CONTACT)].min(initial=9.0)) < 8.0
 
 
 @pytest.mark.parametrize("seed", [2, 4, 8, 10])
@@ -77,7 +77,7 @@ def test_chaos_that_every_run_leaves_in_the_end_does_not_last(seed):
 
 def test_the_seed_alone_decides_and_not_the_threads():
     one, two, other = (rsc.motions(pump(), starts=6, seed=seed, threads=n) for seed, n in ((3, 1), (3, 2), (4, 2)))
-    assert one.knock.tobytes() == two.knock.tobytes() != other.knock.tobytes()
+    assert one.impulse.tobytes() == two.impulse.tobytes() != other.impulse.tobytes()
     assert repr(one.motions) == repr(two.motions) and one.ended.tolist() == two.ended.tolist()
 
 
@@ -150,14 +150,14 @@ def test_the_command(tmp_path, capsys):
 def test_a_run_that_is_stopped_on_its_way_counts_for_the_motion_that_it_is_in(monkeypatch):
     scene = pump(**{"contact.friction": 0.4})
     whole = Search(scene, 50.0).motions(12, 5)
-    original = Search.knocked
+    original = Search.after
 
     def stopped_early(*arguments):
         with monkeypatch.context() as patched:
             patched.setattr("rsc.study.motions.settle.MOST_STEPS", 400_000)
             return original(*arguments)
 
-    monkeypatch.setattr(Search, "knocked", stopped_early)
+    monkeypatch.setattr(Search, "after", stopped_early)
     stopped = Search(scene, 50.0).motions(12, 5)
     assert not (whole.ended < 0).any() and kinds(stopped) == kinds(whole)
     own = [kinds(stopped)[i] if i >= 0 else None for i in stopped.ended]

@@ -42,7 +42,7 @@ def test_a_motion_without_contact_is_steady_once_it_only_decays():
 
 @pytest.mark.parametrize("seed", range(5))
 def test_a_restless_motion_is_told_without_the_way_there(seed):
-    """Twelve blocks, in the first of which the rotor still swings from its knock."""
+    """Twelve blocks, in the first of which the rotor still swings from its impact."""
     rng, rows = np.random.default_rng(seed), np.zeros((12 * STRETCHES, len(COLUMNS)))
     sizes = GAP * np.where(np.arange(len(rows)) < STRETCHES, 3.0, rng.uniform(1.1, 1.6, len(rows)))
     column = {name: rows[:, i] for i, name in enumerate(COLUMNS)}

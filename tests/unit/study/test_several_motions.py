@@ -1,4 +1,4 @@
-"""Motions that last and knocks of machines with several contacts: which set is pressed, and the whirl that predicts it."""
+"""Motions that last and impacts of machines with several contacts: which set is pressed, and the whirl that predicts it."""
 
 import json
 
@@ -9,7 +9,7 @@ import rsc
 from rsc.cli import main
 from rsc.measure.kinds import Kind, Motion, of_contacts
 from rsc.measure.stretches import COLUMNS, Facts
-from rsc.show.words.knocks import knocks_text
+from rsc.show.words.impulses import impulses_text
 from rsc.show.words.motions import motions_text
 from two_seals import PUMP, pump
 
@@ -89,29 +89,29 @@ def test_the_motion_is_the_most_dangerous_one_and_of_equal_ones_the_hardest():
     assert of_contacts([rub]) is rub
 
 
-def test_the_smallest_knock_is_found_at_each_contact():
+def test_the_smallest_impulse_is_found_at_each_contact():
     scene = pump(bush={"gap": 1e-4})
-    at_seal, at_bush = (rsc.smallest_knock(scene, directions=2, contact=name) for name in ("seal", "bush"))
+    at_seal, at_bush = (rsc.smallest_impulse(scene, directions=2, contact=name) for name in ("seal", "bush"))
     assert (at_seal.contact, at_bush.contact) == ("seal", "bush")
     assert set(at_seal.at) == {"seal and bush"} and set(at_seal.motion) == {Kind.SLIDING}
     assert at_seal.velocity == pytest.approx(at_seal.impulse / 30.0)
     assert np.isnan(at_bush.impulse).all() and at_bush.largest < at_seal.largest
-    text = knocks_text(at_seal)
-    assert "knocks at seal" in text and "backward whirl, sliding at seal and bush" in text
+    text = impulses_text(at_seal)
+    assert "impacts at seal" in text and "backward whirl, sliding at seal and bush" in text
     # what it finds is true of a run from that state
     again = scene.with_values({"start.rotor_velocity": [[0.0, 0.0], [float(at_seal.velocity[0]), 0.0], [0.0, 0.0]]})
     assert rsc.simulate(again).stretches("bush").tail(0.2).share == 1.0
 
 
-@pytest.mark.parametrize("command", ["motions", "knock"])
+@pytest.mark.parametrize("command", ["motions", "impact"])
 def test_the_commands_tell_each_contact(command, tmp_path, capsys):
     path = tmp_path / "pump.toml"
     path.write_text(pump().to_toml())
     picture = tmp_path / "starts.png"
-    more = {"motions": ["--starts", "4", "-o", str(picture)], "knock": ["--directions", "1", "--contact", "bush"]}[command]
+    more = {"motions": ["--starts", "4", "-o", str(picture)], "impact": ["--directions", "1", "--contact", "bush"]}[command]
     assert main([command, str(path), "--json", *more]) == 0
     told = json.loads(capsys.readouterr().out)
-    if command == "knock":
+    if command == "impact":
         assert told["contact"] == "bush" and told["motion"] == [""]
     else:
         assert set(told["motions"][0]["contacts"]) == {"seal", "bush"} and told["mu_min"] is None
@@ -121,8 +121,8 @@ def test_the_commands_tell_each_contact(command, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("command", "message"),
     [
-        (["motions", "--smallest"], "rsc knock"),
-        (["knock", "--contact", "sael"], "contact = 'sael': must be one of seal, bush"),
+        (["motions", "--smallest"], "rsc impact"),
+        (["impact", "--contact", "sael"], "contact = 'sael': must be one of seal, bush"),
     ],
 )
 def test_what_cannot_be_asked_is_one_line(command, message, tmp_path, capsys):

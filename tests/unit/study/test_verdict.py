@@ -12,7 +12,7 @@ from rsc.measure.severity import Severity, verdict_of
 from rsc.show.words.answer import answer
 from rsc.show.words.motions import motions_text
 from rsc.show.words.verdict import sentences, verdict_text
-from rsc.study.motions.knock import smallest_knock
+from rsc.study.motions.smallest_impulse import smallest_impulse
 from rsc.study.report.check import report as compared
 from rsc.study.report.check import run_for_report
 from rsc.study.report.stored import report_of, write_stored
@@ -72,7 +72,7 @@ def test_a_quiet_run_does_not_hide_what_an_impact_starts(seed):
     topic, text = answer(report)[0]
     assert topic == "verdict" and "No contact in this run" in text and "impact starts backward whirl, rolling" in text
     assert "Severity: destructive" in text and " MN" not in text and "an upper bound" in text
-    smallest, exact = verdict.impact.smallest, smallest_knock(scene, 12)
+    smallest, exact = verdict.impact.smallest, smallest_impulse(scene, 12)
     least = exact.impulse[exact.weakest]
     assert 0.97 * least < smallest.impulse < 1.15 * least and smallest.below < smallest.impulse
     assert smallest.velocity == pytest.approx(smallest.impulse / scene.rotor.mass)

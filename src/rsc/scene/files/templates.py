@@ -116,7 +116,7 @@ _STARTS = {
 whirl = "backward"              # or its frequency in Hz; or rotor = [[y, z], ...]""",
     "rest": """# does the rotor get into a whirl? From rest; whether a whirl stays: rsc new {model}
 rest = true                     # or running = true (the steady motion without contact)
-# knock = ["1 N s", "0 N s"]    # an impulse on the rotor at the contact""",
+# impulse = ["1 N s", "0 N s"]    # an impulse on the rotor at the contact""",
 }
 _PLACES = "rotor_coordinate = {0}            # counted from 0\nstator_coordinate = {0}\n"
 _TEMPLATES = {

@@ -98,6 +98,17 @@ def known_keys(section):
     return tuple(item.name for item in fields(section) if "reader" in item.metadata)
 
 
+def _hint(section, key, names, elsewhere):
+    """What may help whoever gave a key that a section does not have: its present name, the nearest one, where it belongs."""
+    renamed = dict(getattr(section, "renamed", ()))
+    if key in renamed:
+        return f"since version 0.2.0 it is called {renamed[key]}"
+    hint, place = nearest(key, names), elsewhere(key) if elsewhere else ""
+    if place:
+        return f"{hint} As it is, {place}" if hint.startswith(MEANT) else place
+    return hint
+
+
 def read_table(section, table, elsewhere=None):
     """Read the declared keys of a section class from a table.
 
@@ -106,7 +117,7 @@ def read_table(section, table, elsewhere=None):
     section : type
         Dataclass whose fields were made by `declare`; an optional attribute ``one_of`` lists groups
         ``(names, default)`` of keys that exclude each other; default is None (one must be given), OPTIONAL or
-        (name, value).
+        (name, value); ``renamed`` has pairs (key of an earlier version, its present name).
     table : Table
         The raw table.
     elsewhere : callable, optional
@@ -125,10 +136,7 @@ def read_table(section, table, elsewhere=None):
     names = known_keys(section)
     for key in table.values:
         if key not in names and not (key == "model" and hasattr(section, "model")):
-            hint, place = nearest(key, names), elsewhere(key) if elsewhere else ""
-            if place:
-                hint = f"{hint} As it is, {place}" if hint.startswith(MEANT) else place
-            table.refuse(key, table.values[key], f"a key of {_title(section, table)}", hint)
+            table.refuse(key, table.values[key], f"a key of {_title(section, table)}", _hint(section, key, names, elsewhere))
     groups = getattr(section, "one_of", ())
     for group, _ in groups:
         present = [name for name in group if name in table.values]

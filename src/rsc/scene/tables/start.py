@@ -28,7 +28,7 @@ from rsc.scene.tables.drive import FREQUENCY
 MAX_PENETRATION = 0.1  # of the gap
 STATE_KEYS = ("rotor", "rotor_velocity", "stator", "stator_velocity")
 KINDS = ("rest", "centre", "running", "whirl")
-_WITH_ALL = ("knock", "allow_penetration")
+_WITH_ALL = ("impulse", "allow_penetration")
 _DISPLACEMENT = Later("a list with one pair [y, z] per coordinate", (ListOf(PairReader("length")),))
 _VELOCITY = Later(_DISPLACEMENT.wanted, (ListOf(PairReader("velocity")),))
 
@@ -43,7 +43,7 @@ class Start:
         predicted whirl next to it).
     rotor, rotor_velocity : tuples of n_rotor complex, m and m/s (tilts rad, rad/s); stator, stator_velocity
         alike; zeros unless a state is given.
-    knock : complex N s, impulse on the rotor at its contact coordinate, on top of any of these.
+    impulse : complex N s, on the rotor at its contact coordinate, on top of any of these.
     """
 
     rest: bool | None = declare(
@@ -69,13 +69,14 @@ class Start:
     )
     stator: tuple[complex, ...] = declare(_DISPLACEMENT, None, meaning="Displacements of the stator at time 0, m.")
     stator_velocity: tuple[complex, ...] = declare(_VELOCITY, None, meaning="Velocities of the stator at time 0, m/s.")
-    knock: complex = declare(
-        PairReader("impulse"), None, meaning="Knock on the rotor at time 0: impulse at its contact coordinate, besides the start."
+    impulse: complex = declare(
+        PairReader("impulse"), None, meaning="Impulse on the rotor at time 0: at its contact coordinate, on top of the start."
     )
     allow_penetration: bool = declare(
         Flag(), False, meaning="Allows a start deeper in the wall than a tenth of the gap, which is refused otherwise."
     )
 
+    renamed = (("knock", "impulse"),)
     forms = (*(Form((kind,), _WITH_ALL) for kind in KINDS), Form((), STATE_KEYS + _WITH_ALL))
     one_of = exclusive(forms)
 
@@ -85,9 +86,9 @@ class Start:
         return next((key for key in KINDS if getattr(self, key) is not None), "state")
 
     def on_whirl(self, frequency: float) -> "Start":
-        """The start on the predicted whirl next to a frequency in Hz, wherever that lies, without a knock."""
+        """The start on the predicted whirl next to a frequency in Hz, wherever that lies, without an impact."""
         return replace(
-            self, rest=None, centre=None, running=None, whirl=frequency, knock=0j, allow_penetration=True
+            self, rest=None, centre=None, running=None, whirl=frequency, impulse=0j, allow_penetration=True
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -96,8 +97,8 @@ class Start:
         for key in STATE_KEYS:
             if self.kind != "state" or not content[key]:
                 del content[key]
-        if not self.knock:
-            del content["knock"]
+        if not self.impulse:
+            del content["impulse"]
         return content
 
 
@@ -114,10 +115,10 @@ def read_start(table: Table, elsewhere: Callable[[str], str], rotor: Any, stator
         values["whirl"] = _read_whirl(table, values["whirl"])
     for key in STATE_KEYS:
         values[key] = _read_state(table, key, values, rotor if key.startswith("rotor") else stator)
-    values["knock"] = values["knock"] or 0j
+    values["impulse"] = values["impulse"] or 0j
     start: Start = values.made(Start)
-    if start.knock and len(contacts) > 1:
-        table.refuse("knock", plain(start.knock), "left out with several contacts", "give start.rotor_velocity instead")
+    if start.impulse and len(contacts) > 1:
+        table.refuse("impulse", plain(start.impulse), "left out with several contacts", "give start.rotor_velocity instead")
     for contact in contacts:
         _refuse_penetration(table, start, contact)
     return start

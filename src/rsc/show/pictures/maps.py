@@ -152,7 +152,7 @@ def plot_values(x: Side, y: Side, values: ArrayLike, *, quantity: str, unit: str
 
 @default_settings()
 def plot_starts(listed: Motions, *, title: str) -> Figure:
-    """Random knocks on a running rotor, coloured by the motion in which each ends.
+    """Random impacts on a running rotor, coloured by the motion in which each ends.
 
     Parameters
     ----------
@@ -167,10 +167,10 @@ def plot_starts(listed: Motions, *, title: str) -> Figure:
     figure, axes = new_figure(max(6.4, 4.6 * len(places)), 6.6 if len(places) == 1 else 5.8, columns=len(places))
     for i, (name, largest) in enumerate(places.items()):
         own = np.ravel(axes)[i]
-        knocks(own, listed, slice(i, None, len(places)), largest)
+        impacts(own, listed, slice(i, None, len(places)), largest)
         if name:
             own.set_title(f"at {as_text(name)}")
-    title = f"{title}\nknocks at {frequency_text(listed.speed, '.4g')} and what they start".strip()
+    title = f"{title}\nimpacts at {frequency_text(listed.speed, '.4g')} and what they start".strip()
     if listed.largest_at:
         figure.suptitle(as_text(title), wrap=True)
         labels = {label: handle for own in axes for handle, label in zip(*own.get_legend_handles_labels(), strict=True)}
@@ -180,22 +180,22 @@ def plot_starts(listed: Motions, *, title: str) -> Figure:
     return figure
 
 
-def knocks(axes: Axes, listed: Motions, part: slice, largest: float) -> None:
-    """The random knocks at one contact, every so manieth of all, into axes."""
+def impacts(axes: Axes, listed: Motions, part: slice, largest: float) -> None:
+    """The random impacts at one contact, every so manieth of all, into axes."""
     factor, unit = unit_for(largest, "N s")
-    knock, ended = factor * listed.knock[part], listed.ended[part]
+    impact, ended = factor * listed.impulse[part], listed.ended[part]
     for i, motion in enumerate(listed.motions):
         own = ended == i
         rate = "" if np.isnan(motion.frequency) else f", {frequency_text(motion.frequency, '.4g')}"
         if own.any():
             colour = CLASS_COLOURS[list(Kind).index(Kind(motion.motion))]
             label = f"{motion_name(motion)}{rate} ({100.0 * motion.share:.0f} %)"
-            axes.plot(*knock[own].T, "osD^vP*"[i % 7], color=colour, markeredgecolor="black", markeredgewidth=0.5, label=label)
+            axes.plot(*impact[own].T, "osD^vP*"[i % 7], color=colour, markeredgecolor="black", markeredgewidth=0.5, label=label)
     if (ended < 0).any():
-        axes.plot(*knock[ended < 0].T, "x", color="0.4", label="had not settled")
+        axes.plot(*impact[ended < 0].T, "x", color="0.4", label="had not settled")
     circle = factor * largest * TURN
-    axes.plot(circle.real, circle.imag, color="0.6", linewidth=0.8, linestyle="--", label="largest knock")
-    axes.set(aspect="equal", xlabel=f"knock in y in {unit}", ylabel=f"knock in z in {unit}")
+    axes.plot(circle.real, circle.imag, color="0.6", linewidth=0.8, linestyle="--", label="largest impulse")
+    axes.set(aspect="equal", xlabel=f"impact in y in {unit}", ylabel=f"impact in z in {unit}")
     axes.grid(color="0.92", linewidth=0.6)
 
 

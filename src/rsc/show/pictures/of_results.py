@@ -15,7 +15,7 @@ from rsc.measure.features import default_window, envelope, revolution_marks, wat
 from rsc.show.pictures import modes, paths, pictures
 from rsc.show.pictures.abscissa import Abscissa
 from rsc.show.pictures.album import PICTURES
-from rsc.show.pictures.maps import knocks
+from rsc.show.pictures.maps import impacts
 from rsc.show.pictures.moments import moments
 from rsc.show.pictures.plots import draw
 from rsc.show.pictures.traces import BLUE, GREY, RED, SKY, axes, dots, in_units, line, thinned
@@ -179,7 +179,7 @@ def campbell(diagram: Any, ax: Axes | None, style: dict[str, Any]) -> Axes:
 def motions(listed: Any, ax: Axes | None) -> Axes:
     """The random impacts of a `rsc.measure.catalogue.Motions`, of several contacts at the first, by the motion each ends in."""
     ax, n_places = _own(ax), max(1, len(listed.largest_at))
-    knocks(ax, listed, slice(0, None, n_places), next(iter(listed.largest_at.values()), listed.largest))
+    impacts(ax, listed, slice(0, None, n_places), next(iter(listed.largest_at.values()), listed.largest))
     _legend(ax)
     return ax
 

@@ -29,7 +29,7 @@ MAPPED = {
     "force": ("largest_force", "largest normal force of the run"),
     "lasting_amplitude": ("lasting_amplitude", "largest |r| of the worst motion that lasts"),
     "lasting_force": ("lasting_force", "largest normal force of the worst motion that lasts"),
-    "lasting_knock": ("lasting_knock", "smallest random knock that starts the worst motion"),
+    "lasting_impulse": ("lasting_impulse", "smallest random impact that starts the worst motion"),
     "jump": ("jump_speed", "rotor speed at which the run leaves its whirl"),
 }
 # the pressed sets of several contacts, each a picture of its own name

@@ -58,7 +58,7 @@ def motions_cells(listed):
         places = [f"{name}: |d|/gap, N, % in contact" for name in listed.largest_at]
     else:
         places = ["|r|/gap", f"{um} p-p", "pressed in/gap", "force N"]
-    header = ("frequency Hz", *places, "torque N m", "power W", "starts %", "knock N s", "motion")
+    header = ("frequency Hz", *places, "torque N m", "power W", "starts %", "impact N s", "motion")
     rows = []
     for motion in listed.motions:
         endless = not motion.bounded
@@ -69,7 +69,7 @@ def motions_cells(listed):
             sizes = motion.amplitude_max / listed.gap, per_metre * motion.peak_to_peak, motion.border.penetration
             cells = [*(_known(size, endless) for size in sizes), _known(motion.force_max, beyond)]
         cells += [_known(motion.torque, beyond), _known(motion.power, beyond)]
-        knock = "-" if math.isnan(motion.smallest_knock) else f"{motion.smallest_knock:.3g}"
+        impact = "-" if math.isnan(motion.smallest_impulse) else f"{motion.smallest_impulse:.3g}"
         share = "-" if math.isnan(motion.share) else f"{100.0 * motion.share:.0f}"
         rate = "-" if endless or math.isnan(motion.frequency) else hertz(motion.frequency)
         words = motion_name(motion) + (", modulated" if motion.modulated else "")
@@ -78,7 +78,7 @@ def motions_cells(listed):
             words += f"; predicted: {predicted_text(motion.predicted, listed.gap)}{_off(motion)}"
         words += f"; {beyond_text(motion.border)}" if beyond and not endless else ""
         words += f"; {held_text(motion.held)}" if motion.held else ""
-        rows.append((rate, *cells, share, knock, words))
+        rows.append((rate, *cells, share, impact, words))
     return header, rows
 
 

@@ -1,6 +1,7 @@
 """The smallest impact that starts a whirl, at a cost that is bounded by that of the list of motions it belongs to.
 
-`rsc.study.motions.knock` looks harder, in every direction and at every size; what is found here is an upper bound of that.
+`rsc.study.motions.smallest_impulse` looks harder, in every direction and at every size; what is found here is an upper
+bound of that.
 """
 
 from dataclasses import replace
@@ -25,14 +26,14 @@ TOUCH = 0.02  # of the slowest period: stretches in which the first touch is loo
 
 def with_smallest(search: "Search", listed: Motions) -> Motions:
     """A list of motions of a search with the smallest impact that starts a whirl, where any of its own impacts does."""
-    size = np.hypot(*listed.knock.T)
+    size = np.hypot(*listed.impulse.T)
     whirls = [i for i, motion in enumerate(listed.motions) if motion.motion in WHIRLING]
     started = np.flatnonzero(np.isin(listed.ended, whirls))
     if not len(started) or listed.interrupted:
         return listed
     first = int(started[np.argmin(size[started])])
     place = first % len(search.changes)
-    looked = _Looked(search, complex(*listed.knock[first]), int(listed.ended[first]), place, whirls)
+    looked = _Looked(search, complex(*listed.impulse[first]), int(listed.ended[first]), place, whirls)
     looked.halve()
     looked.bisect()
     return replace(listed, smallest=looked.smallest(), runs=search.settling.runs)
@@ -64,7 +65,7 @@ class _Looked:
         if self._search.settling.looks >= self._last_look or self._search.settling.interrupted:
             return False
         impulses = size * self._turns
-        ends = self._search.knocked(impulses, [self._place] * len(impulses), self._known)
+        ends = self._search.after(impulses, [self._place] * len(impulses), self._known)
         for impulse, end in zip(impulses.tolist(), ends, strict=False):
             for i in self._whirls if end.settled else ():
                 if same(self._known[i], end, self._search.settling.gaps):

@@ -1,4 +1,4 @@
-"""What can a machine do at a speed: every motion that lasts, from what is predicted and from random knocks, each simulated."""
+"""What can a machine do at a speed: every motion that lasts, from what is predicted and from random impacts, each simulated."""
 
 import itertools
 import math
@@ -45,11 +45,11 @@ BESIDE, RESTLESS_RUNS = 0.03, 8
 QUIET, QUIET_RUNS = 0.01, 8  # share of the vibration without contact that may still decay from run to run; runs at most
 # a motion is what was predicted where its frequency is no further from it than this share; of an orbit that bounces than that
 NEAR, NEAR_BOUNCING = 0.02, 0.2
-KNOCK_DIRECTIONS, KNOCK_SIZES, HALVINGS = 8, np.geomspace(0.01, 1.0, 25), 6
+IMPULSE_DIRECTIONS, IMPULSE_SIZES, HALVINGS = 8, np.geomspace(0.01, 1.0, 25), 6
 # of a steady motion on a prediction whose small motions grow: e-foldings to wait for, blocks that this may take; and the growth
 # that is rounding, in parts of the slowest frequency
 DEPART, MOST_BLOCKS, ROUNDING = 7.0, 600, 1e-6
-FAST = 10.0  # largest knock: the contact point then is so much faster than on a free vibration as large as the gap
+FAST = 10.0  # largest impulse: the contact point then is so much faster than on a free vibration as large as the gap
 
 
 @takes(scene=SCENE, speed=optional(SPEED), starts=WHOLE, seed=WHOLE, smallest=FLAG, largest=optional(REAL),
@@ -68,9 +68,9 @@ def motions(
     """List every motion of a machine that lasts at a rotor speed.
 
     What the analysis predicts (the motion without contact, forward rubs, whirls that slide or roll, stable or not) is simulated
-    from itself, then knocks of random size and direction on the running rotor, each until it has settled. A motion lasts if it
-    comes back after its velocities were changed by 3 %; its kind is that of `rsc.measure.kinds`. Several contacts are knocked in
-    turn, each up to a largest knock of its own.
+    from itself, then impacts of random size and direction on the running rotor, each until it has settled. A motion lasts if it
+    comes back after its velocities were changed by 3 %; its kind is that of `rsc.measure.kinds`. Several contacts are hit in
+    turn, each up to a largest impulse of its own.
 
     Parameters
     ----------
@@ -79,14 +79,14 @@ def motions(
         Also with its unit: "3000 rpm".
         Default: the first speed of the scene.
     starts : int
-        Random knocks: sizes evenly from 0 to `largest`, in every direction alike.
+        Random impacts: sizes evenly from 0 to `largest`, in every direction alike.
     seed : int
-        Of the knocks; the same seed gives the same list on any number of threads.
+        Of the impacts; the same seed gives the same list on any number of threads.
     smallest : bool
-        Look for the smallest knock that starts each motion as well, in eight directions; at one contact only.
+        Look for the smallest impulse that starts each motion as well, in eight directions; at one contact only.
     largest : float, N s, optional
-        By default a knock that makes the contact point ten times as fast as on the rotor's slowest free vibration with the gap as
-        its amplitude.
+        By default the contact point becomes ten times as fast as on the rotor's slowest free vibration with the gap as its
+        amplitude.
     threads : int, optional
     note : callable, called with the number of runs that have ended, and how many there are so far
 
@@ -101,11 +101,11 @@ def motions(
     SceneError
         A speed that no drive may have.
     SolverError
-        Numbers of starts or knocks that cannot be; `smallest` with several contacts.
+        Numbers of starts or impacts that cannot be; `smallest` with several contacts.
     """
     refuse_starts(starts, seed, largest, threads)
     if smallest and len(scene.contacts) > 1:
-        raise SolverError("smallest: of several contacts rsc.smallest_knock (rsc knock) finds the smallest knock at each")
+        raise SolverError("smallest: of several contacts rsc.smallest_impulse (rsc impact) finds the smallest impulse at each")
     value = scene.drive.speed[0] if speed is None else float(speed)
     forward = scene.steady(value)
     search = Search(forward.mirrored() if value < 0.0 else forward, abs(value), largest, threads, note)
@@ -135,7 +135,7 @@ class _Candidate(NamedTuple):
 class Search:
     """The search for motions of a scene at one speed.
 
-    base : InitialState of the rotor that is knocked: running without contact, or where its run from the scene's start has settled
+    base : InitialState of the rotor that is hit: running without contact, or where its run from the scene's start has settled
     """
 
     def __init__(
@@ -152,12 +152,12 @@ class Search:
         self.scene, self.system, self.speed = self.settling.scene, self.settling.system, speed
         self.candidates = (_candidates if len(self.system.contacts) == 1 else _several_candidates)(self.system, speed)
         self.base, self.base_turns = self._base()
-        # at each contact: change of the velocities by 1 N s, and largest knock in N s
+        # at each contact: change of the velocities by 1 N s, and largest impulse in N s
         self.changes = [np.linalg.solve(self.system.rotor.mass, contact.rotor) for contact in self.system.contacts]
         self.largest = [float(largest) if largest else self._largest(j) for j in range(len(self.changes))]
 
     def _base(self) -> tuple[InitialState, float]:
-        """The motion that is knocked, and the turns of the shaft there."""
+        """The motion that is hit, and the turns of the shaft there."""
         try:
             return initial_state(self.scene.with_values({"start.running": True}), self.system), 0.0
         except SceneError:  # it would touch
@@ -174,7 +174,7 @@ class Search:
             return initial_state(self.scene.with_values({"start.centre": True}), self.system)
 
     def _largest(self, j: int) -> float:
-        """The default of the largest knock at contact j, N s."""
+        """The default of the largest impulse at contact j, N s."""
         slowest, contact = TWO_PI * self.settling.slowest, self.system.contacts[j]
         return FAST * slowest * contact.gap / float(along(self.changes[j], contact.rotor))
 
@@ -185,10 +185,10 @@ class Search:
         self._asked += len(starts)
         return self.settling.ends(starts, turns, known)
 
-    def knocked(
+    def after(
         self, impulses: NDArray[np.complex128], places: Sequence[int] | None = None, known: Sequence[End] = ()
     ) -> list[End]:
-        """Where the runs end after knocks (n,) in N s on the base motion, at the contacts of these numbers, or at the first."""
+        """Where the runs end after impacts (n,) in N s on the base motion, at the contacts of these numbers, or at the first."""
         at = [0] * len(impulses) if places is None else places
         states = [self.hit(impulse, j) for impulse, j in zip(impulses.tolist(), at, strict=True)]
         return self.ends(states, [self.base_turns] * len(states), known)
@@ -202,20 +202,20 @@ class Search:
         rng = np.random.default_rng(seed)
         places, n = np.arange(starts) % len(self.largest), len(self.largest)
         impulses = np.array(self.largest)[places] * rng.uniform(size=starts) * np.exp(2j * np.pi * rng.uniform(size=starts))
-        random = self.knocked(impulses, places.tolist())
+        random = self.after(impulses, places.tolist())
         predicted = self.ends([candidate.state for candidate in self.candidates])
         groups = _grouped([*random, *predicted], self.settling.gaps)
         if not self.settling.interrupted:
             groups = self._lasting(groups, rng)
-        found = [(group, self._described(group)) for group in groups]
-        found.sort(key=lambda pair: pair[1].danger, reverse=True)
-        self.groups = groups = [group for group, _ in found]
+        pairs = [(group, self._described(group)) for group in groups]
+        pairs.sort(key=lambda pair: pair[1].danger, reverse=True)
+        self.groups = groups = [group for group, _ in pairs]
         ended = [self._home(groups, end) for end in random]
         shares = [ended.count(i) / len(ended) if ended else math.nan for i in range(len(groups))]
-        knocks = self._smallest_knocks(groups) if smallest else [math.nan] * len(groups)
+        smallest_impulses = self._smallest_impulses(groups) if smallest else [math.nan] * len(groups)
         lasting = [
-            replace(motion, share=share, smallest_knock=knock)
-            for (_, motion), share, knock in zip(found, shares, knocks, strict=True)
+            replace(motion, share=share, smallest_impulse=impulse)
+            for (_, motion), share, impulse in zip(pairs, shares, smallest_impulses, strict=True)
         ]
         known = {id(one) for one in [*(motion.predicted for motion in lasting), *self._leaving]}
         least, whirl = least_frictions(self.scene, self.speed) if n == 1 else (None, None)
@@ -229,7 +229,7 @@ class Search:
             seed=seed,
             largest=max(self.largest),
             runs=self.settling.runs,
-            knock=impulses[: len(random), None].view(float).reshape(-1, 2),
+            impulse=impulses[: len(random), None].view(float).reshape(-1, 2),
             ended=np.array(ended, dtype=int),
             mu_min=least.value if least else math.nan,
             mu_min_frequency=least.frequency if least else math.nan,
@@ -297,10 +297,10 @@ class Search:
             waited += end.time
         return end
 
-    def _smallest_knocks(self, groups: list[list[End]]) -> list[float]:
-        """The smallest knock found that starts each motion, N s; NaN for one that none starts, and for what needs none."""
-        turns, sizes = np.exp(2j * np.pi * np.arange(KNOCK_DIRECTIONS) / KNOCK_DIRECTIONS), self.largest[0] * KNOCK_SIZES
-        ends = self.knocked((sizes[:, None] * turns).ravel())
+    def _smallest_impulses(self, groups: list[list[End]]) -> list[float]:
+        """The smallest impulse found that starts each motion, N s; NaN for one that none starts, and for what needs none."""
+        turns, sizes = np.exp(2j * np.pi * np.arange(IMPULSE_DIRECTIONS) / IMPULSE_DIRECTIONS), self.largest[0] * IMPULSE_SIZES
+        ends = self.after((sizes[:, None] * turns).ravel())
         smallest = []
         for group in groups:
             places = [k for k, end in enumerate(ends) if end.settled and same(group[0], end, self.settling.gaps)]
@@ -310,7 +310,7 @@ class Search:
             i, k = divmod(places[0], len(turns))
             low, high = sizes[i - 1] if i else 0.0, sizes[i]
             for _ in range(HALVINGS):
-                (end,) = self.knocked(np.array([0.5 * (low + high) * turns[k]])) or (None,)
+                (end,) = self.after(np.array([0.5 * (low + high) * turns[k]])) or (None,)
                 if end is None:
                     break
                 hit = end.settled and same(group[0], end, self.settling.gaps)
@@ -329,7 +329,7 @@ class Search:
             share=math.nan,
             modulated=not own.steady,
             predicted=self._prediction(own),
-            smallest_knock=math.nan,
+            smallest_impulse=math.nan,
             border=border_of(self.system, self.speed, forces, told.amplitude_max, told.frequency, told.power),
         )
 
@@ -391,7 +391,7 @@ def _beside(end: End, rng: np.random.Generator) -> tuple[InitialState, float]:
 
 
 def _candidates(system: System, speed: float) -> list[_Candidate]:
-    """What the analysis predicts at a speed, but for the motion without contact, which is knocked."""
+    """What the analysis predicts at a speed, but for the motion without contact, which is hit."""
     Omega = TWO_PI * speed
     free = free_motion(system, Omega)
     candidates = []

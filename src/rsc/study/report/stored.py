@@ -249,8 +249,8 @@ def _count(value: Any) -> int:
 def _listed(stored: dict[str, Any]) -> Motions:
     """A list of motions that last."""
     pairs = [(motion, motion["predicted"]) for motion in stored["motions"]]
-    knock, ended = _array(stored["knock"]).reshape(-1, 2), np.array(stored["ended"], dtype=int)
-    _alike((len(knock),), ended)
+    impulse, ended = _array(stored["impulse"]).reshape(-1, 2), np.array(stored["ended"], dtype=int)
+    _alike((len(impulse),), ended)
     if not {motion["motion"] for motion, _ in pairs} <= set(Kind) or not np.isin(ended, range(-1, len(pairs))).all():
         raise ValueError("motions that no analysis lists")
     return _record(
@@ -269,7 +269,7 @@ def _listed(stored: dict[str, Any]) -> Motions:
             for motion, one in pairs
         ],
         **{name: [_predicted(one) for one in stored[name]] for name in ("not_reached", "leaving")},
-        knock=knock,
+        impulse=impulse,
         ended=ended,
         largest_at=_numbers(stored["largest_at"]),
         smallest=_smallest(stored["smallest"], len(pairs)),

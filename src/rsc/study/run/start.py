@@ -73,7 +73,7 @@ def _wanted(result: Result | SceneError) -> Result:
 
 def initial_state(scene: Scene, system: System) -> InitialState:
     """Resolve `[start]`: rest in equilibrium or at the centre, a state, the steady motion without contact or a predicted
-    whirl without unbalance (both at the first speed), and a knock on top of it.
+    whirl without unbalance (both at the first speed), and an impact on top of it.
 
     Raises
     ------
@@ -94,14 +94,14 @@ def _states_or_errors(scenes: Sequence[Scene], systems: Sequence[System]) -> lis
     whirling = [i for i, state in enumerate(states) if state is None]
     starts = iter(_on_whirls([scenes[i] for i in whirling], [systems[i] for i in whirling]) if whirling else [])
     known = [next(starts) if state is None else state for state in states]
-    return [_knocked(*parts) for parts in zip(known, scenes, systems, strict=True)]
+    return [_hit(*parts) for parts in zip(known, scenes, systems, strict=True)]
 
 
-def _knocked(state: InitialState | SceneError, scene: Scene, system: System) -> InitialState | SceneError:
-    """A state after the knock of the scene: an impulse J on the contact coordinate changes velocities by M_R^-1 l_R J."""
-    if isinstance(state, SceneError) or not scene.start.knock:
+def _hit(state: InitialState | SceneError, scene: Scene, system: System) -> InitialState | SceneError:
+    """A state after the impact of the scene: an impulse J on the contact coordinate changes velocities by M_R^-1 l_R J."""
+    if isinstance(state, SceneError) or not scene.start.impulse:
         return state
-    change = np.linalg.solve(system.rotor.mass, system.rotor.contact) * scene.start.knock
+    change = np.linalg.solve(system.rotor.mass, system.rotor.contact) * scene.start.impulse
     return replace(state, rotor_velocity=state.rotor_velocity + change)
 
 

@@ -27,7 +27,7 @@ from rsc.study.run.ensemble import NoRun, simulate_many
 from rsc.study.sweep.rows import COLUMNS, FAILED, FINISHED, IMPOSSIBLE, Rows, empty, joined, number_of_set, texts
 from rsc.system.assemble import assemble
 
-STARTS = 16  # random knocks of a case whose motions are listed
+STARTS = 16  # random impacts of a case whose motions are listed
 LONGEST_REASON = 400
 KINDS = tuple(COLUMNS)
 OF_ONE_CONTACT = ("mu_min", "jump")  # what is not known of several
@@ -263,7 +263,7 @@ def _listed(scenes: list[Scene]) -> Rows:
         if not listed.motions:
             continue
         worst = listed.motions[0]
-        knocks = np.hypot(*listed.knock[listed.ended == listed.motions.index(worst)].T)
+        impacts = np.hypot(*listed.impulse[listed.ended == listed.motions.index(worst)].T)
         force = max((own.force_max for own in worst.contacts.values()), default=worst.force_max)
         sizes = worst.frequency, worst.amplitude_max, force, worst.power
         values = *(sizes if worst.bounded else [np.nan] * len(sizes)), worst.share
@@ -271,7 +271,7 @@ def _listed(scenes: list[Scene]) -> Rows:
             rows[f"lasting_{name}"][i] = value
         rows["lasting_touched"][i] = _touched(worst, scene)
         rows["lasting_clearance_share"][i] = max(worst.clearances.values(), default=np.nan)
-        rows["lasting_knock"][i] = knocks.min(initial=np.inf) if len(knocks) else np.nan
+        rows["lasting_impulse"][i] = impacts.min(initial=np.inf) if len(impacts) else np.nan
         words[i] = worst.motion
     return rows | {"lasting": texts(words)}
 

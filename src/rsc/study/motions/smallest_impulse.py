@@ -1,4 +1,4 @@
-"""How hard a knock it takes: the smallest impulse, over its directions, after which a machine whirls."""
+"""How hard an impact it takes: the smallest impulse, over its directions, after which a machine whirls."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -26,12 +26,12 @@ MOST_DIRECTIONS = 10_000
 
 
 @dataclass(frozen=True, eq=False)
-class Knocks:
-    """The smallest knock that starts a whirl, for every direction; a notebook shows it as a table.
+class SmallestImpulses:
+    """The smallest impulse that starts a whirl, for every direction; a notebook shows it as a table.
 
-    speed : float Hz; undisturbed : str, how the machine ends without a knock
+    speed : float Hz; undisturbed : str, how the machine ends without an impact
     direction : (n,) degrees, of the impulse, from y towards z; the rotor's mark is at 0
-    heavy_spot : float degrees, at the knock, of the sum of the unbalances of all planes; NaN where that is zero, and for a
+    heavy_spot : float degrees, at the impact, of the sum of the unbalances of all planes; NaN where that is zero, and for a
         reduced rotor, whose coordinates are not those of its planes
     impulse : (n,) N s, smallest that was found to start a whirl; NaN where none up to `largest` does
     below : (n,) N s, the next smaller one that was tried and starts none
@@ -41,7 +41,7 @@ class Knocks:
     frequency : (n,) Hz, at which that turns
     largest : float N s, largest that was tried; runs : int, of all; unsettled : int, of those in which nothing settled
     interrupted : bool, whether it was stopped before all was tried
-    contact : str, name of the one of several contacts that is knocked; "" with one
+    contact : str, name of the one of several contacts that is hit; "" with one
     """
 
     speed: float
@@ -62,7 +62,7 @@ class Knocks:
 
     @property
     def weakest(self) -> int | None:
-        """Number of the direction with the smallest impulse; None where no knock starts a whirl."""
+        """Number of the direction with the smallest impulse; None where no impact starts a whirl."""
         return None if np.isnan(self.impulse).all() else int(np.nanargmin(self.impulse))
 
     @property
@@ -87,7 +87,7 @@ _COLUMNS = (
 
 @takes(scene=SCENE, speed=optional(SPEED), directions=WHOLE, largest=optional(REAL), contact=optional(TEXT),
        threads=optional(WHOLE), note=FUNCTION)
-def smallest_knock(
+def smallest_impulse(
     scene: Scene,
     speed: float | str | None = None,
     directions: int = DIRECTIONS,
@@ -96,12 +96,12 @@ def smallest_knock(
     contact: str | None = None,
     threads: int | None = None,
     note: Callable[[int, int], object] = lambda ended, of: None,
-) -> Knocks:
-    """Find the smallest knock that starts a whirl of a machine that turns without contact.
+) -> SmallestImpulses:
+    """Find the smallest impulse that starts a whirl of a machine that turns without contact.
 
-    In the steady motion without contact (`start.running`) the rotor gets an impulse at its contact coordinate (`start.knock`),
+    In the steady motion without contact (`start.running`) the rotor gets an impulse at its contact coordinate (`start.impulse`),
     and the run goes on until its motion has settled. The interval between the first of 25 sizes that starts a whirl and the one
-    before it is halved down to 0.3 %. Attractors may be interwoven: smaller knocks between two sizes that were tried are not
+    before it is halved down to 0.3 %. Attractors may be interwoven: smaller impulses between two sizes that were tried are not
     excluded.
 
     Parameters
@@ -112,27 +112,27 @@ def smallest_knock(
     directions : int
         Evenly spaced over the full turn.
     largest : float, N s, optional
-        Largest knock; by default one by which the contact point gets ten times as fast as on the rotor's slowest free vibration
+        Largest impulse; by default one by which the contact point gets ten times as fast as on the rotor's slowest free vibration
         with the gap as its amplitude (where nothing holds the rotor: on its slowest one that is joined to the stator at the
         contact, or else at the rotor speed).
     contact : str, optional
-        Name of the contact whose rotor coordinate is knocked; by default the first.
+        Name of the contact whose rotor coordinate is hit; by default the first.
     threads : int, optional
         As in `rsc.simulate_many`.
     note : callable, called with the number of runs that have ended, and how many there are so far
 
     Returns
     -------
-    Knocks
+    SmallestImpulses
 
     Raises
     ------
     KeyboardInterrupt
-        Ctrl-C; its attribute `result` is the Knocks found until then.
+        Ctrl-C; its attribute `result` is the SmallestImpulses found until then.
     SceneError
         The speed changes, or the running rotor would touch the stator.
     SolverError
-        No direction, a knock that is no positive number, or no contact of that name.
+        No direction, an impact that is no positive number, or no contact of that name.
     """
     if speed is not None:
         scene = scene.steady(float(speed))  # each run goes on until it has settled
@@ -140,7 +140,7 @@ def smallest_knock(
     refuse_threads(threads)
     place = _place(scene, contact)
     if scene.drive.speed[0] < 0.0:
-        mirror = smallest_knock(scene.mirrored(), None, directions, largest, contact=contact, threads=threads, note=note)
+        mirror = smallest_impulse(scene.mirrored(), None, directions, largest, contact=contact, threads=threads, note=note)
         direction, heavy_spot = -mirror.direction % 360.0, -mirror.heavy_spot % 360.0
         return replace(mirror, speed=-mirror.speed, direction=direction, heavy_spot=heavy_spot, frequency=-mirror.frequency)
     search = Search(scene, scene.drive.speed[0], largest, threads, note)
@@ -148,16 +148,16 @@ def smallest_knock(
     tried = _Tried(search, directions, place)
     tried.look()
     tried.halve()
-    knocks = tried.knocks()
-    if knocks.interrupted:
-        error = KeyboardInterrupt("interrupted: the knocks found until then are kept")
-        error.result = knocks  # type: ignore[attr-defined]
+    result = tried.result()
+    if result.interrupted:
+        error = KeyboardInterrupt("interrupted: the impacts found until then are kept")
+        error.result = result  # type: ignore[attr-defined]
         raise error
-    return knocks
+    return result
 
 
 class _Tried:
-    """What knocks of all directions at a contact, of which this is the number, were found to start."""
+    """What impacts of all directions at a contact, of which this is the number, were found to start."""
 
     def __init__(self, search: Search, directions: int, place: int) -> None:
         self._search, self._place = search, place
@@ -166,10 +166,10 @@ class _Tried:
         self.below, self.impulse = np.zeros(directions), np.full(directions, np.nan)
         self.ends: list[End | None] = [None] * directions
         self.unsettled = 0
-        (self.undisturbed,) = self._knocked([0j])
+        (self.undisturbed,) = self._after([0j])
 
-    def _knocked(self, impulses: Sequence[complex] | NDArray[np.complex128]) -> list[End]:
-        ends = self._search.knocked(np.asarray(impulses, dtype=complex), [self._place] * len(impulses))
+    def _after(self, impulses: Sequence[complex] | NDArray[np.complex128]) -> list[End]:
+        ends = self._search.after(np.asarray(impulses, dtype=complex), [self._place] * len(impulses))
         self.unsettled += sum(not end.settled for end in ends)
         return ends
 
@@ -184,7 +184,7 @@ class _Tried:
             self._take(waiting, size * self.turns[waiting], np.full(len(waiting), size))
 
     def halve(self) -> None:
-        """Halve what lies between the smallest knock that starts a whirl and the next smaller one."""
+        """Halve what lies between the smallest impulse that starts a whirl and the next smaller one."""
         between = np.flatnonzero(self.impulse > 0.0)  # NaN is not
         for _ in range(HALVINGS if between.size else 0):
             middle = 0.5 * (self.below + self.impulse)[between]
@@ -193,18 +193,18 @@ class _Tried:
     def _take(self, places: NDArray[np.intp], impulses: NDArray[np.complex128], sizes: NDArray[np.float64]) -> None:
         if self._search.settling.interrupted or not len(places):
             return
-        for k, size, end in zip(places.tolist(), sizes.tolist(), self._knocked(impulses), strict=False):
+        for k, size, end in zip(places.tolist(), sizes.tolist(), self._after(impulses), strict=False):
             if end.settled and end.motion.kind in WHIRLING:
                 self.impulse[k], self.ends[k] = size, end
             else:
                 self.below[k] = size
 
-    def knocks(self) -> Knocks:
+    def result(self) -> SmallestImpulses:
         """The result."""
         search = self._search
         contact = search.system.contacts[self._place]
         per_impulse = float(search.changes[self._place] @ contact.rotor)
-        return Knocks(
+        return SmallestImpulses(
             speed=search.speed,
             undisturbed=str(self.undisturbed.motion.kind),
             direction=self.angles,

@@ -1,4 +1,4 @@
-"""`rsc knock`: the smallest knock that starts a whirl."""
+"""`rsc impact`: the smallest impulse that starts a whirl."""
 
 import argparse
 import json
@@ -8,29 +8,31 @@ from rsc.cli.progress import shown_runs
 
 
 def add(commands: Commands) -> None:
-    parser = commands("knock", knock_command, "the smallest knock that starts a whirl of a rotor that turns without contact")
+    parser = commands("impact", impact_command, "the smallest impulse that starts a whirl of a rotor that turns without contact")
     parser.add_argument("scene", metavar="SCENE")
     parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="constant rotor speed; by default the scene's")
-    parser.add_argument("--contact", metavar="NAME", help="knock at this one of several contacts; by default at the first")
+    parser.add_argument("--contact", metavar="NAME", help="impact at this one of several contacts; by default at the first")
     parser.add_argument("--directions", metavar="N", type=int, default=24, help="over the full turn (default: 24)")
     parser.add_argument("--largest", metavar="NS", type=float, help="largest impulse in N s that is tried")
     parser.add_argument("--json", action="store_true", help=JSON)
     add_units(parser)
 
 
-def knock_command(options: argparse.Namespace) -> int:
-    from rsc.show.words.knocks import knocks_text
+def impact_command(options: argparse.Namespace) -> int:
+    from rsc.show.words.impulses import impulses_text
     from rsc.show.words.text import plain
-    from rsc.study.motions.knock import smallest_knock
+    from rsc.study.motions.smallest_impulse import smallest_impulse
 
     scene = load(options.scene)
     ended = OK
     with shown_runs() as note:
         try:
-            knocks = smallest_knock(scene, options.speed, options.directions, options.largest, contact=options.contact, note=note)
+            impulses = smallest_impulse(
+                scene, options.speed, options.directions, options.largest, contact=options.contact, note=note
+            )
         except KeyboardInterrupt as stop:
             if not hasattr(stop, "result"):
                 raise
-            knocks, ended = stop.result, INTERRUPTED
-    print(json.dumps(plain(knocks)) if options.json else knocks_text(knocks, scene.title))
+            impulses, ended = stop.result, INTERRUPTED
+    print(json.dumps(plain(impulses)) if options.json else impulses_text(impulses, scene.title))
     return ended

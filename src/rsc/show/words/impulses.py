@@ -1,0 +1,49 @@
+"""The smallest impulses of all directions as text."""
+
+import math
+
+from rsc.errors import one_line
+from rsc.show.words.table import table
+from rsc.show.words.wording import frequency_text
+
+
+def impulses_text(impulses, title=""):
+    """The smallest impulse that starts a whirl, and a row for each direction; impulses: a `SmallestImpulses`."""
+    at = f"; impacts at {impulses.contact}" if impulses.contact else ""
+    lines = [one_line(title), "", f"{frequency_text(impulses.speed, 'g')}; without an impact: {impulses.undisturbed}{at}"]
+    weakest = impulses.weakest
+    if weakest is None:
+        lines.append(f"no impact up to {impulses.largest:.4g} N s starts a whirl ({impulses.runs} runs)")
+    elif impulses.impulse[weakest] > 0.0:
+        share = 100.0 * (1.0 - impulses.below[weakest] / impulses.impulse[weakest])
+        lines.append(
+            f"smallest impulse that starts a whirl: {impulses.impulse[weakest]:.4g} N s "
+            f"at {impulses.direction[weakest]:g} degrees{_from_heavy_spot(impulses.ahead[weakest])}, "
+            f"{impulses.velocity[weakest]:.4g} m/s at the contact "
+            f"({share:.1g} % less starts none; {impulses.runs} runs)"
+        )
+        lines += ["", _directions(impulses)]
+    if impulses.unsettled:
+        lines.append(f"remark: {impulses.unsettled} of {impulses.runs} runs had not settled, and count as ones without a whirl")
+    if impulses.interrupted:
+        lines.append("remark: interrupted; larger impulses, or smaller steps between them, were not tried")
+    return "\n".join(lines)
+
+
+def _from_heavy_spot(ahead):
+    """Where the rotor is hit, which a balancer can find again: by the mark alone where the heavy spot is not known."""
+    return " from y" if math.isnan(ahead) else f" from y, {ahead:.0f} degrees ahead of the heavy spot"
+
+
+def _directions(impulses):
+    header = ("direction deg", "ahead of heavy spot deg", "N s", "m/s", "ends at Hz", "in")
+    names = "direction", "ahead", "impulse", "velocity", "frequency", "motion", "at"
+    columns = [getattr(impulses, name) for name in names]
+    rows = []
+    for direction, ahead, impulse, velocity, frequency, motion, at in zip(*columns, strict=True):
+        angles = f"{direction:g}", "-" if math.isnan(ahead) else f"{ahead:.0f}"
+        if motion:
+            rows.append((*angles, f"{impulse:.4g}", f"{velocity:.4g}", f"{frequency:.2f}", f"{motion} at {at}" if at else motion))
+        else:
+            rows.append((*angles, f"> {impulses.largest:.4g}", "-", "-", "no whirl"))
+    return table(header, rows)
