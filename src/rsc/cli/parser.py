@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 # the list of `rsc --help`; a command stands in one group (tested)
 GROUPS = {
     "main job": ("new", "check", "run", "report", "plot"),
-    "questions to a machine": ("predict", "modes", "limits", "motions", "impact", "remedy"),
+    "questions to a machine": ("predict", "modes", "limits", "motions", "impact", "remedy", "explore"),
     "many runs": ("sweep",),
     "measured runs": ("compare", "fit"),
     "files": ("import", "info", "verify", "completion"),

@@ -18,7 +18,7 @@ from rsc.show.pictures.album import PICTURES
 from rsc.show.pictures.maps import impacts
 from rsc.show.pictures.moments import moments
 from rsc.show.pictures.plots import draw
-from rsc.show.pictures.traces import BLUE, GREY, RED, SKY, axes, dots, in_units, line, thinned
+from rsc.show.pictures.traces import BLUE, GREEN, GREY, PURPLE, RED, SKY, axes, dots, in_units, line, thinned
 from rsc.show.words.units import largest_finite, unit_for
 from rsc.show.words.wording import frequency_text
 
@@ -160,9 +160,9 @@ def whirls(speed: Any, frequency: Any, stable: Any, ax: Axes | None, style: dict
 def whirl_picture(speed: Any, frequency: Any, stable: Any) -> dict[str, Any]:
     """The description of predicted whirls as dots: filled where stable, open where not."""
     speed, frequency, stable = (np.ravel(each) for each in np.broadcast_arrays(speed, frequency, stable))
-    there = np.isfinite(frequency)
+    exists = np.isfinite(frequency)
     data = []
-    for name, chosen, colour in (("stable", there & stable, RED), ("unstable", there & ~stable, "#ffffff")):
+    for name, chosen, colour in (("stable", exists & stable, RED), ("unstable", exists & ~stable, "#ffffff")):
         if chosen.any():
             data.append(dots(speed[chosen], frequency[chosen], f"predicted whirl, {name}", colour, RED, 4))
     ends = np.array([speed.min(), speed.max()]) if len(speed) else np.zeros(2)
@@ -196,3 +196,17 @@ def report(made: Any, name: str, ax: Axes | None, style: dict[str, Any]) -> Axes
     if picture is None:
         raise SceneError("plot", "picture", name, "one that this run has something to show in")
     return on_axes(picture, ax, style)
+
+
+def benchmark(made: Any, ax: Axes | None, style: dict[str, Any]) -> Axes:
+    """Processor time over error of a `rsc.study.equations.benchmark.Benchmark`, both logarithmic."""
+    ax = _own(ax)
+    for i, method in enumerate(dict.fromkeys(point.method for point in made.points)):
+        known = sorted((p.error, p.seconds) for p in made.points if p.method == method and p.error > 0.0)
+        colour = (BLUE, RED, GREEN, PURPLE)[i % 4]
+        ax.loglog(*np.array(known).reshape(-1, 2).T, **{"color": colour, "marker": "osD^"[i % 4], "label": method, **style})
+    ax.axvline(max(made.reference_error, 1e-300), color=GREY, linestyle=":", label="error of the reference")
+    ax.set(xlabel="largest error of a displacement in gaps", ylabel="processor time in s")
+    ax.grid(color="0.92", linewidth=0.6)
+    _legend(ax)
+    return ax
