@@ -1,7 +1,7 @@
 # Everything runs in a virtual environment of its own; `make run` and `make test` need only Python >= 3.11 and make.
 PYTHON ?= python3
 # what a release is tested with; tools/versions.py tries older and newer libraries
-CONSTRAINTS := constraints-0.2.0.txt
+CONSTRAINTS := constraints.txt
 VENV := .venv
 # Windows' virtual environments have their programs in another folder
 PROGRAMS := $(if $(filter Windows_NT,$(OS)),Scripts,bin)
@@ -13,7 +13,7 @@ DOCS := $(VENV)-docs/$(PROGRAMS)
 DOCS_STAMP := $(VENV)-docs/.installed
 REFERENCE := data/reference/gyroscopic_figure3
 
-.PHONY: run paper browser quick test nightly lint versions bench bench-quick stability docs clean
+.PHONY: run paper browser quick test nightly lint release versions bench bench-quick stability docs clean
 
 # the paper's Figures 3 right and 4, and with a smaller gap 3 left, from one rotor
 run: $(STAMP)
@@ -59,6 +59,10 @@ nightly: $(STAMP)
 	$(BIN)/python tools/covered.py
 	$(BIN)/python tools/tiny_cases.py
 	$(BIN)/python tools/seeded_bugs.py --jobs 2
+
+# before a version is cut: short tests, documents, version and date, two builds with equal bytes, the wheel in a new environment
+release: quick docs
+	$(BIN)/python tools/release.py
 
 # short suite on the declared lower bounds of all libraries, the newest, Numba alone, later Pythons; the table: bench/results/versions.txt
 versions: $(STAMP)

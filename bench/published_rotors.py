@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rsc.machine.model.model import Model
+from rsc.machine.model.model import FiniteElementModel
 from rsc.machine.model.modes import slowest_modes
 from rsc.machine.shaft.assembly import model_of
 from rsc.machine.shaft.parts import Disk, Material, Section, Shaft, Support, disk_inertias
@@ -38,7 +38,7 @@ class Published(NamedTuple):
     """A rotor with what was printed: (rotor speed in Hz, frequency in Hz, how it was printed, damping ratio or NaN)."""
 
     name: str
-    model: Model
+    model: FiniteElementModel
     printed: list
 
 

@@ -19,7 +19,7 @@ from rsc.units.together import refuse_mixed
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
-class Kind(NamedTuple):
+class ArgumentKind(NamedTuple):
     """What an argument may be, to be read after "must be", whether a value is, and what the function gets in its place."""
 
     wanted: str
@@ -81,39 +81,39 @@ def _is_path(value: Any) -> bool:
     return isinstance(value, (str, os.PathLike)) and isinstance(os.fspath(value), str)
 
 
-SCENE = Kind("an rsc.Scene", _has("rotor", "stator", "contacts", "drive"))
-RUN = Kind("an rsc.Trajectory", _has("time", "speed", "contact_rotor"))
-RESULT = Kind("an rsc.Trajectory", _has("scene", "summary", "time", "speed", "contact_rotor"))
-FALL = Kind("a Waterfall", _has("frequency", "amplitude", "window"))
+SCENE = ArgumentKind("an rsc.Scene", _has("rotor", "stator", "contacts", "drive"))
+RUN = ArgumentKind("an rsc.Trajectory", _has("time", "speed", "contact_rotor"))
+RESULT = ArgumentKind("an rsc.Trajectory", _has("scene", "summary", "time", "speed", "contact_rotor"))
+FALL = ArgumentKind("a Waterfall", _has("frequency", "amplitude", "window"))
 # where nan and infinity are refused with the range by the function itself
-REAL = Kind("a number", _is_real)
-REALS = Kind("an array of numbers", lambda value: _dtype(value) in "iuf")
-LINE = Kind("a number, or a list of them", lambda value: _dtype(value) in "iuf" and _axes(value) <= 1)
-SPEED = Kind("a number in Hz, or a text such as \"3000 rpm\"", _is_real, _in_hertz)
+REAL = ArgumentKind("a number", _is_real)
+REALS = ArgumentKind("an array of numbers", lambda value: _dtype(value) in "iuf")
+LINE = ArgumentKind("a number, or a list of them", lambda value: _dtype(value) in "iuf" and _axes(value) <= 1)
+SPEED = ArgumentKind("a number in Hz, or a text such as \"3000 rpm\"", _is_real, _in_hertz)
 # what is no speed at all the function refuses with its range
-ROTOR_SPEEDS = Kind("numbers in Hz, or texts such as \"3000 rpm\"", lambda value: True, _in_hertz)
-LINE_OF_SPEEDS = Kind(f"{SPEED.wanted}, or a list of them", LINE.fits, _in_hertz)
-SIGNAL = Kind("an array of numbers, real or complex", lambda value: _dtype(value) in "iufc")
-POSITIVE = Kind("a finite number above 0", lambda value: _is_real(value) and 0 < value < math.inf)
-WHOLE = Kind(
+ROTOR_SPEEDS = ArgumentKind("numbers in Hz, or texts such as \"3000 rpm\"", lambda value: True, _in_hertz)
+LINE_OF_SPEEDS = ArgumentKind(f"{SPEED.wanted}, or a list of them", LINE.fits, _in_hertz)
+SIGNAL = ArgumentKind("an array of numbers, real or complex", lambda value: _dtype(value) in "iufc")
+POSITIVE = ArgumentKind("a finite number above 0", lambda value: _is_real(value) and 0 < value < math.inf)
+WHOLE = ArgumentKind(
     "a whole number of 64 bits", lambda value: isinstance(value, numbers.Integral) and _is_real(value) and abs(int(value)) < 2**63
 )
-NAMED = Kind(
+NAMED = ArgumentKind(
     "a mapping of names to values", lambda value: isinstance(value, Mapping) and all(isinstance(key, str) for key in value)
 )
-FLAG = Kind("true or false", lambda value: isinstance(value, bool) or type(value).__name__ == "bool")  # NumPy's
-PATH = Kind("the name of a file", _is_path)
-TEXT = Kind("a text", lambda value: isinstance(value, str))
-TEXTS = Kind(
+FLAG = ArgumentKind("true or false", lambda value: isinstance(value, bool) or type(value).__name__ == "bool")  # NumPy's
+PATH = ArgumentKind("the name of a file", _is_path)
+TEXT = ArgumentKind("a text", lambda value: isinstance(value, str))
+TEXTS = ArgumentKind(
     "a text, or a list of them",
     lambda value: isinstance(value, str) or (isinstance(value, (list, tuple)) and all(isinstance(text, str) for text in value)),
 )
-FUNCTION = Kind("a function", callable)
+FUNCTION = ArgumentKind("a function", callable)
 
 
-def optional(kind: Kind) -> Kind:
+def optional(kind: ArgumentKind) -> ArgumentKind:
     """The kind, or None."""
-    return Kind(f"{kind.wanted}, or None", lambda value: value is None or kind.fits(value), kind.read)
+    return ArgumentKind(f"{kind.wanted}, or None", lambda value: value is None or kind.fits(value), kind.read)
 
 
 def scenes_in(function: str, scenes: Any) -> list[Any]:
@@ -128,7 +128,7 @@ def scenes_in(function: str, scenes: Any) -> list[Any]:
     return listed
 
 
-def takes(**kinds: Kind) -> Callable[[_Function], _Function]:
+def takes(**kinds: ArgumentKind) -> Callable[[_Function], _Function]:
     """Decorator: SceneError, with the function in the place of the file, for an argument that is of another kind."""
 
     def decorate(function: _Function) -> _Function:
@@ -150,7 +150,7 @@ def takes(**kinds: Kind) -> Callable[[_Function], _Function]:
     return decorate
 
 
-def _read(function: str, name: str, value: Any, kind: Kind) -> Any:
+def _read(function: str, name: str, value: Any, kind: ArgumentKind) -> Any:
     """What a function gets for an argument; SceneError, with the function in the place of the file, for another kind."""
     try:
         read = kind.read(value)

@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 from rsc.kernel import springs
 from rsc.simulation import pack
-from rsc.system.system import Law
+from rsc.system.system import ContactLaw
 
 
 @dataclass(frozen=True, eq=False)
-class Hardening(Law):
+class Hardening(ContactLaw):
     """The pseudolinear law with a spring that gets harder."""
 
     hardening: float = 0.0  # h

@@ -20,7 +20,7 @@ from rsc.study.run.ensemble import simulate_many
 from rsc.study.run.simulate import simulate
 from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
-from rsc.system.system import Law, stacked
+from rsc.system.system import ContactLaw, stacked
 from scenes import SCENES, changed
 
 H, FOLDERS = 4.0, [str(Path(__file__).parent), str(Path(__file__).parents[1] / "support")]
@@ -109,13 +109,13 @@ def test_the_prediction_refuses_in_one_line():
 def test_laws_of_different_classes_are_not_stacked(order):
     linear = assemble(Scene.from_dict(tables_of(NAMES[0])))
     systems = linear, hardened(linear, H)
-    with pytest.raises(SolverError, match=r"different kinds \(Hardening, Law\)"):
+    with pytest.raises(SolverError, match=r"different kinds \(Hardening, ContactLaw\)"):
         stacked([systems[i] for i in order])
 
 
 def test_a_law_without_a_spring_is_refused_in_one_line(monkeypatch):
     @dataclass(frozen=True, eq=False)
-    class Unknown(Law):
+    class Unknown(ContactLaw):
         pass
 
     law = {"law": None}

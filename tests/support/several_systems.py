@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rsc.system.system import Contact, Law
+from rsc.system.system import ContactLaw, SystemContact
 from systems import make_system, random_body
 
 
@@ -28,9 +28,9 @@ def random_several(rng, n=2, light=(-1.5, 0.0)):
     system = make_system((*rotor, polar), (share * mass, share * damping, share * stiffness), (0, 0, 0.1, 1e8))
     contacts = []
     for j in range(n):
-        law = Law(10.0 ** rng.uniform(6.5, 8.5), 10.0 ** rng.uniform(1.0, 3.0), rng.uniform(0.05, 0.5))
+        law = ContactLaw(10.0 ** rng.uniform(6.5, 8.5), 10.0 ** rng.uniform(1.0, 3.0), rng.uniform(0.05, 0.5))
         gap = 1e-3 * 10.0 ** rng.uniform(-0.5, 0.5)
-        contacts.append(Contact(law, gap, np.eye(n_rotor)[j], np.eye(n_stator)[j], name=f"c{j}"))
+        contacts.append(SystemContact(law, gap, np.eye(n_rotor)[j], np.eye(n_stator)[j], name=f"c{j}"))
     return with_contacts(system, contacts)
 
 

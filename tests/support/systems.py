@@ -9,7 +9,7 @@ import numpy as np
 from rsc.scene.scene import load_scene
 from rsc.system.assemble import assemble
 from rsc.system.body import Body
-from rsc.system.system import Contact, Law, System
+from rsc.system.system import ContactLaw, System, SystemContact
 
 REFERENCE = Path(__file__).parents[2] / "data" / "reference"
 TWO_PI = 2.0 * np.pi
@@ -95,7 +95,7 @@ def make_system(rotor, stator, contact, **more):
     system = System(
         Body(*rotor[:3], rows[0], rotor[3], **imposed),
         Body(*stator, rows[1], np.zeros((n_stator, n_stator))),
-        (Contact(Law(stiffness, 0.0, friction), 1e-3, *rows),),
+        (SystemContact(ContactLaw(stiffness, 0.0, friction), 1e-3, *rows),),
         np.array([0.0, 1.0]),
         np.array([TWO_PI * 50.0, TWO_PI * 50.0]),
     )

@@ -21,7 +21,7 @@ complete -o default -F _rsc rsc
 _ZSH = "autoload -U +X compinit && compinit\nautoload -U +X bashcompinit && bashcompinit\n" + _BASH
 
 
-class _Place(NamedTuple):
+class _Completions(NamedTuple):
     """What may stand behind some words: words -> help, options -> (help, their values), first those of the longest commands."""
 
     commands: tuple[str, ...]
@@ -42,7 +42,7 @@ def completion_command(options: argparse.Namespace) -> int:
     return OK
 
 
-def _places(parser: argparse.ArgumentParser, commands: tuple[str, ...]) -> Iterator[_Place]:
+def _places(parser: argparse.ArgumentParser, commands: tuple[str, ...]) -> Iterator[_Completions]:
     """The places below a parser, and last its own."""
     words: dict[str, str] = {}
     options: dict[str, tuple[str, tuple[str, ...]]] = {}
@@ -55,10 +55,10 @@ def _places(parser: argparse.ArgumentParser, commands: tuple[str, ...]) -> Itera
             options |= dict.fromkeys(action.option_strings, (action.help or "", tuple(map(str, action.choices or ()))))
         else:
             words |= dict.fromkeys(map(str, action.choices or ()), "")
-    yield _Place(commands, words, options)
+    yield _Completions(commands, words, options)
 
 
-def _cases(places: list[_Place]) -> str:
+def _cases(places: list[_Completions]) -> str:
     lines = []
     for place in places:
         lines.append(f"        {quote(''.join(f'{name} ' for name in place.commands))}*)")
@@ -71,7 +71,7 @@ def _cases(places: list[_Place]) -> str:
     return "\n".join(lines)
 
 
-def _fish(places: list[_Place]) -> str:
+def _fish(places: list[_Completions]) -> str:
     lines = []
     for place in places:
         seen = [f"__fish_seen_subcommand_from {name}" for name in place.commands] or ["__fish_use_subcommand"]

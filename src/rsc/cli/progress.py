@@ -40,7 +40,7 @@ def note(text: str) -> None:
         _write(f"rsc: {text}\n")
 
 
-class Line:
+class ProgressLine:
     """The line of one stage.
 
     stage : what is done
@@ -70,12 +70,12 @@ class Line:
 
 
 @contextlib.contextmanager
-def line(stage: str) -> Iterator[Line | None]:
+def line(stage: str) -> Iterator[ProgressLine | None]:
     """Yield the line of a stage, which shows every half second that time passes; None where nobody looks."""
     if not wants_progress():
         yield None
         return
-    shown, ended = Line(stage), threading.Event()
+    shown, ended = ProgressLine(stage), threading.Event()
 
     def beat() -> None:
         while not ended.wait(EVERY):

@@ -22,7 +22,7 @@ FORCED = "choose another name, or replace it with --force (Python: overwrite=Tru
 LONGEST_BESIDE = 512  # bytes
 
 
-class Output(NamedTuple):
+class OutputFile(NamedTuple):
     """A file to be written."""
 
     path: Path
@@ -120,10 +120,10 @@ def _opened(path: Path) -> Iterator[BinaryIO | None]:
 
 def put(path: str | os.PathLike[str], content: bytes | memoryview, format: Format, overwrite: bool = False) -> None:
     """Write a small file with its mark, as a whole; arguments and errors as `target` and `put_all`."""
-    put_all([Output(Path(path), bytes(content), format)], overwrite)
+    put_all([OutputFile(Path(path), bytes(content), format)], overwrite)
 
 
-def put_all(outputs: Sequence[Output], overwrite: bool = False) -> None:
+def put_all(outputs: Sequence[OutputFile], overwrite: bool = False) -> None:
     """Write small files with their marks, all of them or none.
 
     Every file has its name when all files are written, and until then a private one in the same folder; what a kill left there
@@ -149,7 +149,7 @@ def put_all(outputs: Sequence[Output], overwrite: bool = False) -> None:
                 publish()
 
 
-def _files(output: Output) -> Iterator[tuple[str, bytes]]:
+def _files(output: OutputFile) -> Iterator[tuple[str, bytes]]:
     """Names and contents of the files of an output."""
     if output.format.piece is None:
         yield name_beside(output.path.name), text_beside(output.path.name, output.content)

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from rsc.kernel.drive import Line, angle_of, line_at, speed_of, torque_in, torques_of, turn_at
+from rsc.kernel.drive import TorqueLine, angle_of, line_at, speed_of, torque_in, torques_of, turn_at
 from rsc.kernel.model import following_of
 from rsc.kernel.questions import follows, is_driven, is_none
 from rsc.kernel.race import without_ways
@@ -23,7 +23,7 @@ class Clock(NamedTuple):
     cos: float
     sin: float
     following: tuple  # see `Segment`
-    torque: tuple  # the `drive.Line` of the step that starts here, () of a prescribed speed
+    torque: tuple  # the `drive.TorqueLine` of the step that starts here, () of a prescribed speed
 
 
 class Segment(NamedTuple):
@@ -118,8 +118,8 @@ def ahead(segment, clock, h):
 
 @static
 def _between_knots(con, following, omega, rising, line):
-    """(`Segment.following`, Line) at an integrated speed: of the interval between two knots, in which a step stays; at a knot
-    the one above if the speed is `rising`, else the one below."""
+    """(`Segment.following`, TorqueLine) at an integrated speed: of the interval between two knots, in which a step stays; at a
+    knot the one above if the speed is `rising`, else the one below."""
     if not follows(con):
         return following, line
     base, count = con.drive.knots
@@ -128,7 +128,7 @@ def _between_knots(con, following, omega, rising, line):
         i += 1
     low = max(line.low, vec.number_at(base, i - 1)) if i > 0 else line.low
     high = min(line.high, vec.number_at(base, i)) if i < count else line.high
-    return _matrices_in(con.following, i), Line(line.a, line.b, low, high)
+    return _matrices_in(con.following, i), TorqueLine(line.a, line.b, low, high)
 
 
 @static

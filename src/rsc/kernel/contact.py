@@ -24,7 +24,7 @@ class Surfaces(NamedTuple):
     slip_velocity: float  # m/s, half-width of the Coulomb regularisation
 
 
-class Law(NamedTuple):
+class StateLaw(NamedTuple):
     """The force inside one contact state, without branches: F_N = F(p) + b p', mu sigma = mu + mu_slope v_rel."""
 
     spring: object  # F(p), of a kind in springs.py
@@ -33,7 +33,7 @@ class Law(NamedTuple):
     mu_slope: float  # s/m
 
 
-class Place(NamedTuple):
+class Deflection(NamedTuple):
     """Contact deflection d."""
 
     d_y: float  # m
@@ -45,7 +45,7 @@ class Place(NamedTuple):
     ring_z: float
 
 
-class Motion(NamedTuple):
+class DeflectionRates(NamedTuple):
     """Rates of the contact deflection, m/s."""
 
     rate: float  # p'
@@ -59,19 +59,19 @@ class Motion(NamedTuple):
 class Kinematics(NamedTuple):
     """Contact deflection and its rates."""
 
-    place: Place
-    motion: Motion
+    place: Deflection
+    motion: DeflectionRates
 
 
 @inlined
 def no_place():
-    """A Place where nobody asks for it."""
-    return Place(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    """A Deflection where nobody asks for it."""
+    return Deflection(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @inlined
 def direction(con, d, turn):
-    """Place from the sum over the coordinates d (a pair) and the rotation; 1/|d| of d = 0 is NaN."""
+    """Deflection from the sum over the coordinates d (a pair) and the rotation; 1/|d| of d = 0 is NaN."""
     d_y, d_z = d
     ring_y, ring_z = 0.0, 0.0
     if con.has_ring:
@@ -84,12 +84,12 @@ def direction(con, d, turn):
     distance = math.sqrt(square)
     # root and division at once, not one after the other
     inverse = distance * (1.0 / square)
-    return Place(d_y, d_z, inverse, distance, distance - con.gap, ring_y, ring_z)
+    return Deflection(d_y, d_z, inverse, distance, distance - con.gap, ring_y, ring_z)
 
 
 @inlined
 def motion(con, d_dot, surface, place, turn):
-    """Motion from the sum over the coordinates d' (a pair) and a race's `surface_of`."""
+    """DeflectionRates from the sum over the coordinates d' (a pair) and a race's `surface_of`."""
     v_y, v_z = d_dot
     if con.has_ring:
         v_y, v_z = v_y - turn.omega * place.ring_z, v_z + turn.omega * branched(place.ring_y)
@@ -99,15 +99,15 @@ def motion(con, d_dot, surface, place, turn):
     along = place.d_y * v_y + place.d_z * v_z
     rate = along * place.inverse
     slip = on_surface(turn.omega * con.surfaces.radius + tangential, surface)
-    return Motion(rate, along, cross, tangential, slip, abs(v_y) + abs(v_z))
+    return DeflectionRates(rate, along, cross, tangential, slip, abs(v_y) + abs(v_z))
 
 
 @inlined
 def place_anyhow(con, d, turn):
-    """Place with a finite 1/|d| also of d = 0: there is no contact there (gap > 0), so any number serves."""
+    """Deflection with a finite 1/|d| also of d = 0: there is no contact there (gap > 0), so any number serves."""
     p = direction(con, d, turn)
     inverse = p.inverse if p.distance > 0.0 else 0.0
-    return Place(p.d_y, p.d_z, inverse, p.distance, p.penetration, p.ring_y, p.ring_z)
+    return Deflection(p.d_y, p.d_z, inverse, p.distance, p.penetration, p.ring_y, p.ring_z)
 
 
 @inlined
@@ -146,8 +146,8 @@ def law_of(con, normal, friction):
     spring = springs.times(con.surfaces.spring, 1.0 if pressed else 0.0)
     b = con.surfaces.damping if normal == OPENING else 0.0
     if friction == CREEPING:  # mu v_rel/v_s, which meets -mu and mu at the ends of the range: the force is continuous
-        return Law(spring, b, 0.0, con.surfaces.friction / con.surfaces.slip_velocity)
-    return Law(spring, b, con.surfaces.friction * friction, 0.0)
+        return StateLaw(spring, b, 0.0, con.surfaces.friction / con.surfaces.slip_velocity)
+    return StateLaw(spring, b, con.surfaces.friction * friction, 0.0)
 
 
 @anywhere

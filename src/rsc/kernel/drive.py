@@ -8,9 +8,9 @@ With u = U_e e^{i phi} and everything that acts on the rotor beside Omega' in th
     so that   Omega' = (what stands right, with a_0 for r'')/(J - u^H M^-1 u).
 
 u_0 is the unbalance that phi'^2 multiplies, another one than u on an inclined disk only; w = U_e^H g is what gravity, the
-acceleration g, has of its lever. The two states are the last pair of the
-kernel's vectors: (phi, 0) times `Drive.size` in x, phi counted from the step's start, and (Omega, 0) in v. So stages, errors and
-the motion inside a step are those of every other coordinate. Inside a step the torque is one line a + b Omega; a step ends where
+acceleration g, has of its lever. The two states are the last pair of the kernel's vectors: (phi, 0) times `PackedDrive.size` in
+x, phi counted from the step's start, and (Omega, 0) in v. So stages, errors and the motion inside a step are those of every other
+coordinate. Inside a step the torque is one line a + b Omega; a step ends where
 Omega leaves its interval between two knots.
 """
 
@@ -43,7 +43,7 @@ class DriveData(NamedTuple):
     weight: tuple  # N m, real and imaginary part of w, () without gravity or unbalance
 
 
-class Drive(NamedTuple):
+class PackedDrive(NamedTuple):
     """The drive in Constants: vectors in registers."""
 
     unbalance: object
@@ -61,7 +61,7 @@ class Drive(NamedTuple):
     weight: tuple  # (real, imaginary part), () without
 
 
-class Line(NamedTuple):
+class TorqueLine(NamedTuple):
     """Torque a + b Omega, N m, between two speeds in rad/s."""
 
     a: float
@@ -72,11 +72,11 @@ class Line(NamedTuple):
 
 @static
 def drive_of(data, width):
-    """The Drive of a DriveData, () of ()."""
+    """The PackedDrive of a DriveData, () of ()."""
     if is_none(data):
         return ()
     unbalance, euler = vec.load(data.unbalance, width), vec.load(data.euler, width)
-    return Drive(
+    return PackedDrive(
         unbalance, vec.times_i(unbalance), euler, vec.times_i(euler), vec.load(data.spin, width), _knots_of(data.knots),
         data.mass, data.inertia, 1.0 / data.inertia, data.size, 1.0 / data.size, data.least, data.weight,
     )  # fmt: skip
@@ -104,7 +104,7 @@ def torque_in(torques, i):
 
 @inlined
 def line_at(table, omega, rising):
-    """The Line of a segment's torque at a speed; at a knot the one above if the speed is `rising`, else the one below."""
+    """The TorqueLine of a segment's torque at a speed; at a knot the one above if the speed is `rising`, else the one below."""
     base, first, end = table
     i = first
     while i < end and (vec.number_at(base, 3 * i) < omega or (rising and vec.number_at(base, 3 * i) == omega)):
@@ -112,9 +112,9 @@ def line_at(table, omega, rising):
     low = vec.number_at(base, 3 * i - 3) if i > first else -1e300
     high = vec.number_at(base, 3 * i) if i < end else 1e300
     if i == first:
-        return Line(vec.number_at(base, 3 * i + 1), 0.0, low, high)
+        return TorqueLine(vec.number_at(base, 3 * i + 1), 0.0, low, high)
     slope = vec.number_at(base, 3 * i - 1)
-    return Line(vec.number_at(base, 3 * i - 2) - slope * low, slope, low, high)
+    return TorqueLine(vec.number_at(base, 3 * i - 2) - slope * low, slope, low, high)
 
 
 @unrolled

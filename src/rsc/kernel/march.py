@@ -1,8 +1,8 @@
 """Many steps: error control, steps that end on the switches of the contact, output between steps, statuses.
 
 Saving, chunks and checkpoints never change a step: samples are interpolated inside accepted steps, and `Work` holds all
-that the next step depends on. While marching all of it is in local values (`Tally`, `Contact`, `State`); the arrays of `Work` are
-read once and written once, because Numba counts a reference wherever an array is handed to a helper.
+that the next step depends on. While marching all of it is in local values (`Tally`, `ContactState`, `State`); the arrays of
+`Work` are read once and written once, because Numba counts a reference wherever an array is handed to a helper.
 """
 
 from typing import NamedTuple
@@ -42,7 +42,7 @@ from rsc.kernel.simd.static import static
 from rsc.kernel.step import attempt, error_square, size_square
 from rsc.kernel.switches import EPS, Path, may_leave_inside, search, slope_of_rate
 from rsc.kernel.tally import (
-    Output,
+    SampleRows,
     book,
     count_rejected,
     count_switch,
@@ -70,7 +70,7 @@ class State(NamedTuple):
     rate_slopes: tuple  # p'' of each, see `switches.slope_of_rate`
 
 
-class Contact(NamedTuple):
+class ContactState(NamedTuple):
     """A contact's state and its force."""
 
     normal: int
@@ -81,7 +81,7 @@ class Contact(NamedTuple):
 class Contacts(NamedTuple):
     """The state of all contacts."""
 
-    each: tuple  # a Contact each
+    each: tuple  # a ContactState each
     near_limit: float  # s, length of a step that is near the limit of stability
 
 
@@ -100,11 +100,11 @@ class Progress(NamedTuple):
 
 @static
 def _contacts_in(contacts, states):
-    """The Contact of each in states that are told."""
+    """The ContactState of each, in the given states."""
     if is_none(contacts):
         return ()
     normal, friction = states[0]
-    return (Contact(normal, friction, law_of(contacts[0], normal, friction)),) + _contacts_in(contacts[1:], states[1:])
+    return (ContactState(normal, friction, law_of(contacts[0], normal, friction)),) + _contacts_in(contacts[1:], states[1:])
 
 
 @static
@@ -334,7 +334,7 @@ def _put_away(work, start, contacts, h):
 def walk(con, corners, where, stretch, progress, method, budget):
     """Attempt at most `budget` steps, and as many more as the search of a switch takes.
 
-    where = the Output, stretch = the Stretch. Returns (code, calls made by steps, Progress).
+    where = the SampleRows, stretch = the Stretch. Returns (code, calls made by steps, Progress).
     """
     start, contacts, h, tally, segment, i_segment, sample, finite = progress
     sample_time, end = sample / con.sample_rate, vec.number_at(corners.time, corners.count - 1)
@@ -404,8 +404,8 @@ def march(model, work, out, rows, width, method, budget):
     corners = corners_of(model)
     tally, segment = load_tally(con, work, width), segment_of(corners, i_segment)
     progress = Progress(start, contacts, work.real[H], tally, segment, i_segment, first, True)
-    forces = 3 * len(con.contacts)
-    where = Output(vec.address(out), out.shape[1], out.shape[1] - forces - len(width), out.shape[1] - forces, first, out.shape[0])
+    motion = out.shape[1] - 3 * len(con.contacts)
+    where = SampleRows(vec.address(out), out.shape[1], motion - len(width), motion, first, out.shape[0])
     stretch = stretches_of(model, work, rows)
     code, calls, progress = walk(con, corners, where, stretch, progress, method, budget)
     mark_all(stretch, progress.tally, progress.start)

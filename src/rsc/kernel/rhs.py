@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from rsc.kernel import springs
-from rsc.kernel.contact import Kinematics, Law, direction, kinematics, motion, no_place, place_anyhow
+from rsc.kernel.contact import Kinematics, StateLaw, direction, kinematics, motion, no_place, place_anyhow
 from rsc.kernel.drive import Braked, no_spin, spun
 from rsc.kernel.questions import (
     by_component,
@@ -52,7 +52,7 @@ class Field(NamedTuple):
     time: float  # s
     stiffness: object
     damping: object
-    laws: tuple  # a `Law` for each contact
+    laws: tuple  # a `StateLaw` for each contact
     following: tuple  # addresses of the matrices that follow the speed, `clock.Segment`
     torque: tuple  # `clock.Clock`
 
@@ -69,7 +69,7 @@ def over_time(laws, time):
     if is_none(laws):
         return ()
     law = laws[0]
-    return (Law(springs.times(law.spring, time), time * law.b, law.mu, law.mu_slope),) + over_time(laws[1:], time)
+    return (StateLaw(springs.times(law.spring, time), time * law.b, law.mu, law.mu_slope),) + over_time(laws[1:], time)
 
 
 @inlined

@@ -10,8 +10,8 @@ from types import SimpleNamespace
 from numba import types
 from numba.extending import intrinsic
 
-from rsc.kernel.series_turn import Braked, Driven, Prescribed
-from rsc.kernel.simd.emit import PAIR, Value, fma, pair_of, parts, product
+from rsc.kernel.series_turn import BrakedSeries, Driven, Prescribed
+from rsc.kernel.simd.emit import PAIR, Emitted, fma, pair_of, parts, product
 from rsc.kernel.springs import ROOMS
 
 
@@ -289,7 +289,7 @@ def _with_turning(con, a, k, v, x, shaft, contacts, turned):
         if con.drive:
             torque = fma(friction, contact.con.surfaces.radius, torque)
             others = others + contact.ring_torque(k)
-    return shaft.given_way(a, k, v, Braked(torque, others))
+    return shaft.given_way(a, k, v, BrakedSeries(torque, others))
 
 
 def _expansion(*of):
@@ -308,8 +308,8 @@ def _expansion(*of):
 
         def codegen(context, builder, sig, args):
             tables = [parts(builder, sig.args[i], args[i]) for i in range(4)]
-            begin = [Value(builder, x, builder.extract_value(args[4], i)) for i in range(2)]
-            x_k, v_k, vectors, works, others, spin = _expand(*tables, begin, Value(builder, h, args[5]), order, kind)
+            begin = [Emitted(builder, x, builder.extract_value(args[4], i)) for i in range(2)]
+            x_k, v_k, vectors, works, others, spin = _expand(*tables, begin, Emitted(builder, h, args[5]), order, kind)
             rows = [context.make_tuple(builder, many, [item.code for item in row]) for row in (x_k, v_k)]
             energies = [context.make_tuple(builder, each, [work[i].code for work in works]) for i in range(3)]
             numbers = [item.code for item in vectors], [item.code for item in (*others, spin)]

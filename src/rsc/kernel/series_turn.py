@@ -6,14 +6,14 @@ gives way (drive.py) is a coordinate, whose coefficients come with those of the 
 
 from typing import NamedTuple
 
-from rsc.kernel.simd.emit import Value, fma, pair_of, product
+from rsc.kernel.simd.emit import Emitted, fma, pair_of, product
 
 
-class Braked(NamedTuple):
+class BrakedSeries(NamedTuple):
     """What turns against a drive, coefficient by coefficient, times h."""
 
-    friction: Value  # N m, mu sigma F_N d_R/2 of all contacts
-    others: Value  # N m, what the contact rings take, less what rotating damping gives
+    friction: Emitted  # N m, mu sigma F_N d_R/2 of all contacts
+    others: Emitted  # N m, what the contact rings take, less what rotating damping gives
 
 
 class Prescribed:
@@ -106,8 +106,8 @@ class Driven:
         return self.con.load * (self.h if k == 0 else self.h * 0.0)
 
     def given_way(self, a, k, v, braked):
-        """Accelerations a with all but unbalance and Omega', h/(k + 1) times coefficient k, with both; braked: `Braked`, h times
-        coefficient k of what turns against the drive. Takes Omega one order further."""
+        """Accelerations a with all but unbalance and Omega', h/(k + 1) times coefficient k, with both; braked: `BrakedSeries`, h
+        times coefficient k of what turns against the drive. Takes Omega one order further."""
         drive, con, part = self.drive, self.con, 1.0 / (k + 1)
         twice = product(self.omega, self.once, k) * (self.h * part)
         a = fma(twice.lane(0), drive.unbalance, fma(twice.lane(1), drive.i_unbalance, a))

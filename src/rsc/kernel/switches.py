@@ -14,9 +14,9 @@ from rsc.kernel.contact import (
     CLIPPED,
     CLOSING,
     OPEN,
+    Deflection,
+    DeflectionRates,
     Kinematics,
-    Motion,
-    Place,
     classify,
     exit_margin,
     law_of,
@@ -98,8 +98,8 @@ def _along_tangents(kin, slopes, tau):
     """Kinematics a time tau away as far as switches go, by tangents; slopes = (p'', v_rel')."""
     place, motion = kin.place, kin.motion
     p, rate, slip = place.penetration + tau * motion.rate, motion.rate + tau * slopes[0], motion.slip + tau * slopes[1]
-    deflection = Place(place.d_y, place.d_z, place.inverse, place.distance, p, place.ring_y, place.ring_z)
-    return Kinematics(deflection, Motion(rate, motion.along, motion.cross, motion.tangential, slip, motion.speed))
+    deflection = Deflection(place.d_y, place.d_z, place.inverse, place.distance, p, place.ring_y, place.ring_z)
+    return Kinematics(deflection, DeflectionRates(rate, motion.along, motion.cross, motion.tangential, slip, motion.speed))
 
 
 @inlined

@@ -214,7 +214,7 @@ def count_switch(tally, inside, each, new):
     return Tally(t.work, t.contact_times, t.steps, t.rejected, switches, onsets, releases, t.limited, t.stiff)
 
 
-class Output(NamedTuple):
+class SampleRows(NamedTuple):
     """Where samples are written, a row each: x, v where it is kept, and of every contact normal force, friction force, tangential
     velocity."""
 
@@ -252,7 +252,7 @@ def _turn_for_all(contacts, clock, tau, state):
 
 @inlined
 def save_samples(con, laws, where, sample, path, end, method):
-    """Write every sample time inside a step from number `sample` on into an Output; returns the next."""
+    """Write every sample time inside a step from number `sample` on into SampleRows; returns the next."""
     start, h = path.clock, path.h
     dense = dense_of(path, method)
     time = sample / con.sample_rate

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from rsc.measure import envelopes, spectra
 from rsc.measure.features import ContactStrip, RunLike, contact_strip, turned, window_means
-from rsc.measure.kinds import MOST_PARTS, Motion, Seen, motion_between, seen_of
+from rsc.measure.kinds import MOST_PARTS, Motion, ProbeKind, motion_between, seen_of
 from rsc.measure.stretches import Stretches, at_contacts
 from rsc.measure.windows import Features
 
@@ -299,7 +299,7 @@ def _seen(windows: Windows, part: RunLike, lines: Features) -> dict[str, Any]:
     unknown = np.full(n_windows, np.nan)
     names = ("share", "turning", "largest", "peak_to_peak", "stator_largest", "force", "force_max")
     values = {name: unknown.copy() for name in names}
-    kinds = np.full(n_windows, Seen.NOT_RESOLVED, dtype="U40")
+    kinds = np.full(n_windows, ProbeKind.NOT_RESOLVED, dtype="U40")
     why = np.full(n_windows, "samples are missing", dtype="U40")
     for i, start in enumerate((windows.starts - windows.starts[0]).tolist()):
         own = part.contact_rotor()[start : start + windows.n_samples]
@@ -312,13 +312,13 @@ def _seen(windows: Windows, part: RunLike, lines: Features) -> dict[str, Any]:
         steps = np.angle(smooth[1:] * smooth[:-1].conj()) / (2.0 * np.pi)
         turns = [float(piece.sum()) for piece in np.array_split(steps, MOST_PARTS)]
         kind = seen_of(turns, float(shaft[start + windows.n_samples - 1] - shaft[start]))
-        if kind == Seen.WHIRL and not lines.size[i] >= WHIRLING * np.sqrt(np.mean(np.abs(smooth) ** 2)):
-            kind = Seen.NEITHER  # noise, or an ellipse of unequal supports that turns backward with the shaft
+        if kind == ProbeKind.WHIRL and not lines.size[i] >= WHIRLING * np.sqrt(np.mean(np.abs(smooth) ** 2)):
+            kind = ProbeKind.NEITHER  # noise, or an ellipse of unequal supports that turns backward with the shaft
         values["largest"][i], values["turning"][i] = np.abs(own).max(), sum(turns) / windows.window
         values["peak_to_peak"][i] = max(np.ptp(own.real), np.ptp(own.imag))
-        if kind != Seen.WHIRL and values["largest"][i] < gap:
+        if kind != ProbeKind.WHIRL and values["largest"][i] < gap:
             values["share"][i] = 0.0
-        kinds[i], why[i] = kind, "fewer than three turns: too short" if kind == Seen.NOT_RESOLVED else ""
+        kinds[i], why[i] = kind, "fewer than three turns: too short" if kind == ProbeKind.NOT_RESOLVED else ""
     return values | {"kind": kinds, "why": why, "rolling": np.zeros(n_windows)}
 
 

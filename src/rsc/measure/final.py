@@ -16,7 +16,7 @@ LEAST = 4  # stretches of the last part at least
 
 
 @dataclass(frozen=True)
-class AtContact:
+class MotionAtContact:
     """What a motion is at one of several contacts.
 
     motion : str, one of `rsc.measure.kinds.Kind`
@@ -46,7 +46,7 @@ class FinalMotion:
     contact_share : share of the time in contact, 0 to 1
     torque : N m, mean, by friction against the drive; power : W, that it takes; NaN without a contact diameter
     clearances : dict, name -> largest deflection over gap at each place that is only watched
-    contacts : dict, name -> AtContact, of several contacts; empty with one
+    contacts : dict, name -> MotionAtContact, of several contacts; empty with one
     """
 
     motion: str
@@ -61,7 +61,7 @@ class FinalMotion:
     torque: float
     power: float
     clearances: dict[str, float]
-    contacts: dict[str, AtContact]
+    contacts: dict[str, MotionAtContact]
 
     @property
     def pressed(self) -> tuple[str, ...]:
@@ -160,9 +160,9 @@ def described(motion: Motion, scene: Any) -> FinalMotion:
     )
 
 
-def _at(own: Motion, gap: float) -> AtContact:
+def _at(own: Motion, gap: float) -> MotionAtContact:
     facts = own.facts
-    return AtContact(str(own.kind), facts.deflection_max / gap, facts.share, facts.mean_force, facts.force_max)
+    return MotionAtContact(str(own.kind), facts.deflection_max / gap, facts.share, facts.mean_force, facts.force_max)
 
 
 def drive_load(facts: Any, contact: Any) -> tuple[float, float]:

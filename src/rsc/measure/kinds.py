@@ -32,7 +32,7 @@ class Kind(StrEnum):
     TRANSIENT = "transient contact"
 
 
-class Seen(StrEnum):
+class ProbeKind(StrEnum):
     """What a motion is as far as two probes tell: they see neither contact nor slip."""
 
     WHIRL = "backward whirl"
@@ -118,7 +118,7 @@ def motion_of(parts: Sequence[Facts], shaft: float, gap: float, diverged: bool =
     return Motion(kind, "", whole.turning if turning else math.nan, whole)
 
 
-def seen_of(turned: Sequence[float], shaft: float) -> Seen:
+def seen_of(turned: Sequence[float], shaft: float) -> ProbeKind:
     """The kind of a motion of which probes tell the turns about its mean, in consecutive parts.
 
     Parameters
@@ -130,12 +130,12 @@ def seen_of(turned: Sequence[float], shaft: float) -> Seen:
     """
     whole = abs(math.fsum(turned))
     if whole < LEAST_TURNS and shaft < LEAST_TURNS:
-        return Seen.NOT_RESOLVED
+        return ProbeKind.NOT_RESOLVED
     if whole < SENSE_TURNS or min(turned) <= 0.0 <= max(turned):
-        return Seen.NEITHER
+        return ProbeKind.NEITHER
     if turned[0] < 0.0:
-        return Seen.WHIRL
-    return Seen.WITH_SHAFT if _with_shaft(whole, shaft) else Seen.FORWARD
+        return ProbeKind.WHIRL
+    return ProbeKind.WITH_SHAFT if _with_shaft(whole, shaft) else ProbeKind.FORWARD
 
 
 def of_contacts(own: Sequence[Motion]) -> Motion:

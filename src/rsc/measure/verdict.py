@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from rsc.measure.changes import MOST_FOLDS
-from rsc.measure.kinds import Kind, Seen
+from rsc.measure.kinds import Kind, ProbeKind
 from rsc.measure.reasons import Code, Reason
 from rsc.measure.spectra import sweep_loss
 from rsc.measure.windows import (
@@ -305,7 +305,7 @@ def _steady_motion(features: Features, i: int, steady: Steady) -> tuple[np.ndarr
     reaches the gap the one next to it, since no probe tells whether it touches."""
     kinds = {Kind.NO_CONTACT: ALONE, Kind.FORWARD_RUB: RUB}
     by = kinds.get(features.kind[i], "")
-    if features.kind[i] == Seen.WITH_SHAFT:
+    if features.kind[i] == ProbeKind.WITH_SHAFT:
         off = {ALONE: abs(steady.alone[i] - features.synchronous[i]), RUB: abs(steady.rub[i] - features.synchronous[i])}
         by = RUB if features.share[i] != 0.0 and off[RUB] < off[ALONE] else ALONE
     return {ALONE: steady.alone, RUB: steady.rub, "": np.full(len(features.speed), np.nan)}[by], by
@@ -317,7 +317,7 @@ def _without_whirl(features: Features, i: int) -> tuple[str, Reason | None]:
     if kind == Kind.NOT_RESOLVED:
         return NOT_RESOLVED, Reason(Code.SHORT, (str(features.why[i]),))
     if not features.on_whirl(i):
-        tells_all = kind in (Kind.NO_CONTACT, Kind.FORWARD_RUB, Seen.WITH_SHAFT)
+        tells_all = kind in (Kind.NO_CONTACT, Kind.FORWARD_RUB, ProbeKind.WITH_SHAFT)
         return NO_WHIRL, None if tells_all else Reason(Code.OTHER_MOTION, (kind,))
     if features.too_fast(i):
         return NOT_RESOLVED, Reason(Code.TOO_FAST, numbers=(float(features.turning[i]), features.rate))

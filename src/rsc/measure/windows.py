@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.measure.kinds import BACKWARD, Kind, Seen
+from rsc.measure.kinds import BACKWARD, Kind, ProbeKind
 
 # a line further from every predicted frequency belongs to none
 NEAR = 0.1
@@ -49,7 +49,7 @@ class Features:
     sees, and is that of the motion in which the strongest backward line is largest.
 
     window : float s, their length; rate : float Hz, samples a second
-    kind : (n_w,) str, `rsc.measure.kinds.Kind` or, of a measured run, `Seen`, and why, (n_w,) str, why it is not resolved;
+    kind : (n_w,) str, `rsc.measure.kinds.Kind` or, of a measured run, `ProbeKind`, and why, (n_w,) str, why it is not resolved;
     turning Hz, mean rate at which the contact deflection turns; share (contact, 0 to 1); rolling, share of the time in contact
     with less slip than full friction needs; largest m, |r| of the rotor; peak_to_peak m, the larger of its extents in y and z;
     stator_largest m; force and force_max N, mean and largest normal force: all from the steps of the simulation. Of a measured
@@ -88,7 +88,7 @@ class Features:
 
     def on_whirl(self, i: int) -> bool:
         """Whether window i is in backward whirl."""
-        return self.kind[i] in (*BACKWARD, Seen.WHIRL)
+        return self.kind[i] in (*BACKWARD, ProbeKind.WHIRL)
 
     def too_fast(self, i: int) -> bool:
         """Whether the contact deflection of window i turns faster than the samples show; its line may then be anywhere."""

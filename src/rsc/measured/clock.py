@@ -35,7 +35,7 @@ class Signal(NamedTuple):
         return np.asarray(self.start - moment + self.step * np.arange(len(self.values)), dtype=np.float64)
 
 
-class Clock(NamedTuple):
+class CommonClock(NamedTuple):
     """The common times: start + k step, k < samples, in s."""
 
     start: float
@@ -48,7 +48,7 @@ class Clock(NamedTuple):
         return np.asarray(self.step * np.arange(self.samples), dtype=np.float64)
 
 
-def clock_of(signals: list[Signal], others: list[Signal], source: str) -> tuple[Clock, list[str]]:
+def clock_of(signals: list[Signal], others: list[Signal], source: str) -> tuple[CommonClock, list[str]]:
     """The times of the slowest of some signals while all of them, and others that keep their times, are known; what to tell.
 
     Raises
@@ -76,7 +76,7 @@ def clock_of(signals: list[Signal], others: list[Signal], source: str) -> tuple[
         listed = ", ".join(f"{name} {rate:.6g}" for name, rate in rates.items())
         most = 0.8 * 0.5 / slowest.step
         told.append(f"its probes have not one rate ({listed} samples a second): both at the lower one, up to {most:.4g} Hz")
-    return Clock(slowest.start + first * slowest.step, slowest.step, count), told
+    return CommonClock(slowest.start + first * slowest.step, slowest.step, count), told
 
 
 def _refuse_contradictions(signals: list[Signal], source: str) -> None:
@@ -95,7 +95,7 @@ def _refuse_contradictions(signals: list[Signal], source: str) -> None:
         raise DataError(source, f"{problem}: samples are lost, and nothing says where")
 
 
-def at(signal: Signal, clock: Clock) -> NDArray[np.float64]:
+def at(signal: Signal, clock: CommonClock) -> NDArray[np.float64]:
     """(samples,) values of a signal at the times of a clock: its own samples where it has them there, else filtered ones; NaN
     beside missing samples."""
     first = (clock.start - signal.start) / signal.step

@@ -6,7 +6,7 @@ from typing import Any
 
 from rsc.errors import SceneError, nearest, one_line, shown
 from rsc.scene.files.toml_file import tables_of, text_of
-from rsc.scene.keys.keys import OPTIONAL, Choice, Integer, Number, Sequence, Table, Text, as_list, declare, read_table
+from rsc.scene.keys.keys import OPTIONAL, Choice, Integer, Number, RawTable, Sequence, Text, as_list, declare, read_table
 
 COLUMN = "a column: its name in the head of the file, or its number from \"1\" on"
 BETWEEN = 1.0  # degrees; probes whose directions differ by less cannot tell a plane motion
@@ -77,21 +77,21 @@ def read_channels(path: Path) -> Channels:
     for key in content:
         if key != "measured":
             raise SceneError(file, one_line(key), shown(content[key]), "the table [measured]", nearest(key, ("measured",)))
-    table = Table(file, "measured", content.get("measured", {}), path.parent)
+    table = RawTable(file, "measured", content.get("measured", {}), path.parent)
     if not isinstance(table.values, dict):
         raise SceneError(file, "measured", shown(table.values), "a table")
     raw = as_list(table.values.get("probe"))
     if raw is None or len(raw) != 2 or not all(isinstance(part, dict) for part in raw):
         table.refuse("probe", table.values.get("probe"), "two tables [[measured.probe]]")
-    probes = [read_table(Probe, Table(file, f"measured.probe[{i}]", part)).made(Probe) for i, part in enumerate(raw)]
+    probes = [read_table(Probe, RawTable(file, f"measured.probe[{i}]", part)).made(Probe) for i, part in enumerate(raw)]
     channels = Channels(**{**read_table(Channels, _without_probes(table)), "probe": tuple(probes)})
     _refuse_contradictions(table, channels)
     return channels
 
 
-def _without_probes(table: Any) -> Table:
+def _without_probes(table: Any) -> RawTable:
     values = {**table.values, "probe": [part.get("column", "") for part in table.values["probe"]]}
-    return Table(table.file, table.name, values, table.folder)
+    return RawTable(table.file, table.name, values, table.folder)
 
 
 def _refuse_contradictions(table: Any, channels: Channels) -> None:

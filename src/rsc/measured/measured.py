@@ -13,12 +13,12 @@ from rsc.arguments import PATH, takes
 from rsc.errors import DataError, one_line
 from rsc.measure import spectra
 from rsc.measured.channel import Channel
-from rsc.measured.clock import Clock, Signal, at, clock_of
+from rsc.measured.clock import CommonClock, Signal, at, clock_of
 from rsc.measured.keys import Channels, read_channels
 from rsc.measured.reading import Selection, channels_of
 from rsc.measured.sampled import signals_of
 from rsc.measured.scales import metres, turns_a_second
-from rsc.measured.shaft import Shaft, shaft_from_speed, shaft_of
+from rsc.measured.shaft import MeasuredShaft, shaft_from_speed, shaft_of
 from rsc.measured.troubles import clipped, turned_backwards
 
 LARGEST = 1e12  # of a column, beyond which a number is none
@@ -173,8 +173,8 @@ def _plane(first: NDArray[np.float64], second: NDArray[np.float64], alpha: Any, 
     return (y + 1j * z) / np.sin(beta - alpha)
 
 
-def _shaft(table: Channels, channel: Channel, signal: Signal, clock: Clock, source: str) -> tuple[Shaft, list[str]]:
-    """The Shaft at the times of a clock, and what to tell. Pulses keep their own times: sampled anew they would be others."""
+def _shaft(table: Channels, channel: Channel, signal: Signal, clock: CommonClock, source: str) -> tuple[MeasuredShaft, list[str]]:
+    """The MeasuredShaft at the times of a clock, and remarks. Pulses keep their own times: resampling would move them."""
     time = signal.times_after(clock.start)
     if table.keyphasor is None:
         size, told = turns_a_second(table, channel, source)
@@ -208,8 +208,8 @@ def _one_way(speed: NDArray[np.float64], source: str) -> NDArray[np.float64]:
     return np.maximum(-speed if high <= least else speed, 0.0)
 
 
-def _on_clock(shaft: Shaft, time: NDArray[np.float64], clock: Clock) -> Shaft:
-    """The Shaft at the times of a clock, from its times."""
+def _on_clock(shaft: MeasuredShaft, time: NDArray[np.float64], clock: CommonClock) -> MeasuredShaft:
+    """The MeasuredShaft at the times of a clock, from its times."""
     even = clock.times
     if len(time) == clock.samples and abs(time[0]) <= 1e-9 * clock.step and abs(time[-1] - even[-1]) <= 1e-6 * clock.step:
         return shaft

@@ -205,7 +205,7 @@ def _through_rest(
     return turns, speed, (stop, start)
 
 
-class _End(NamedTuple):
+class _Margin(NamedTuple):
     """A run before its first pulse, or behind its last.
 
     own : (n,) bool, its samples; turns, speed : of these; known : bool; span : s, from when to when; stands : the same of a
@@ -220,7 +220,7 @@ class _End(NamedTuple):
     stands: tuple[float, float] | None
 
 
-def _end(time: NDArray[np.float64], piece: _Piece, sign: float, tooth: float) -> _End:
+def _end(time: NDArray[np.float64], piece: _Piece, sign: float, tooth: float) -> _Margin:
     """The run behind the last pulse of a piece (sign 1), or before its first (-1).
 
     It goes on as evenly as beside it, to rest where that is near. Where no pulse comes though one was due, nothing is known.
@@ -231,9 +231,9 @@ def _end(time: NDArray[np.float64], piece: _Piece, sign: float, tooth: float) ->
     later = sign * (time[own] - at)
     span = float(later.max(initial=0.0))
 
-    def end(passed: NDArray[np.float64], speeds: NDArray[np.float64], known: bool, stop: float = np.inf) -> _End:
+    def end(passed: NDArray[np.float64], speeds: NDArray[np.float64], known: bool, stop: float = np.inf) -> _Margin:
         stands = _in_order(at + sign * stop, at + sign * span) if stop < span else None
-        return _End(own, piece.at[k] + sign * passed, speeds, known, _in_order(at, at + sign * span), stands)
+        return _Margin(own, piece.at[k] + sign * passed, speeds, known, _in_order(at, at + sign * span), stands)
 
     if _rests(speed, -rise, tooth):
         far = min(_to_rest(speed, -rise), _SHORT_OF_ONE * tooth)

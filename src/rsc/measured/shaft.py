@@ -15,7 +15,7 @@ from rsc.measured.smooth import LEAST_EVENTS, Events
 from rsc.measured.wheel import Wheel, placed, teeth_instead, wheel_of
 
 
-class Shaft(NamedTuple):
+class MeasuredShaft(NamedTuple):
     """turns (n,) of the mark past the Keyphasor, and speed (n,) Hz, both never falling back; known (n,) bool, where pulses or a
     standstill tell them; numbers of events, of those missing that were counted, and of those left out; jitter in s, deviation of
     the times of events from an even rise of the speed, None without events; marked : bool, whether the direction of the mark is
@@ -32,8 +32,8 @@ class Shaft(NamedTuple):
     told: tuple[str, ...]
 
 
-def shaft_of(time: NDArray[np.float64], pulses: NDArray[np.float64], events_per_turn: int) -> Shaft | None:
-    """The Shaft at the samples of a signal of pulses; None where there are fewer than `LEAST_EVENTS`.
+def shaft_of(time: NDArray[np.float64], pulses: NDArray[np.float64], events_per_turn: int) -> MeasuredShaft | None:
+    """The MeasuredShaft at the samples of a signal of pulses; None where there are fewer than `LEAST_EVENTS`.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def shaft_of(time: NDArray[np.float64], pulses: NDArray[np.float64], events_per_
     marked = events_per_turn == 1 or wheel is not None
     told = (*_of_pulses(len(raw), missing + known.filled, extra), *known.told)
     filled = missing + known.filled
-    return Shaft(known.turns, known.speed, known.known, len(raw), filled, extra, known.jitter, marked, told)
+    return MeasuredShaft(known.turns, known.speed, known.known, len(raw), filled, extra, known.jitter, marked, told)
 
 
 def _longest(wheel: Wheel | None) -> float:
@@ -91,8 +91,8 @@ def _of_pulses(events: int, missing: int, extra: int) -> list[str]:
     return told
 
 
-def shaft_from_speed(time: NDArray[np.float64], speed: NDArray[np.float64]) -> Shaft:
-    """The Shaft where its speed was measured: turns are counted from the first sample, where its angle is not known."""
+def shaft_from_speed(time: NDArray[np.float64], speed: NDArray[np.float64]) -> MeasuredShaft:
+    """The MeasuredShaft where its speed was measured: turns are counted from the first sample, where its angle is not known."""
     steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time)
     turns = np.concatenate([[0.0], np.cumsum(steps)])
-    return Shaft(turns, speed, np.ones(len(time), dtype=bool), 0, 0, 0, None, False, ())
+    return MeasuredShaft(turns, speed, np.ones(len(time), dtype=bool), 0, 0, 0, None, False, ())

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rsc.arguments import FLAG, LINE, PATH, REAL, RESULT, WHOLE, takes
 from rsc.errors import SceneError, one_line, shown
 from rsc.files.mark import CSV, TOML
-from rsc.files.output import Output, put_all, target
+from rsc.files.output import OutputFile, put_all, target
 from rsc.measure.features import RunLike
 from rsc.measure.features import turned as turned_at
 from rsc.scene.files.toml_text import toml_value
@@ -95,7 +95,7 @@ def write_measured(
     text = io.StringIO()
     np.savetxt(text, data, fmt="%.9g", delimiter=";", header=_HEAD, comments="")
     table = _table(beside.name, angles, turned[-1] < 0.0)
-    put_all([Output(beside, text.getvalue().encode(), CSV), Output(path, table.encode(), TOML)], overwrite)
+    put_all([OutputFile(beside, text.getvalue().encode(), CSV), OutputFile(path, table.encode(), TOML)], overwrite)
     return path
 
 

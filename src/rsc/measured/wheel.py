@@ -99,7 +99,7 @@ def _repeated(flags: NDArray[np.bool_], pulses: int) -> NDArray[np.bool_]:
     return np.asarray(flags & (before | behind))
 
 
-class Placed(NamedTuple):
+class PlacedEvents(NamedTuple):
     """Events with their places: times (k,) s; places (k,) in teeth and numbers (k,) in pulses, both rising; extra, number of
     events that were left out."""
 
@@ -109,7 +109,7 @@ class Placed(NamedTuple):
     extra: int
 
 
-def placed(times: NDArray[np.float64], wheel: Wheel) -> Placed:
+def placed(times: NDArray[np.float64], wheel: Wheel) -> PlacedEvents:
     """Events of a wheel with a mark on their places, counted from the first mark.
 
     Between two marks with a whole number of turns' pulses all of them count, else those before and behind which follow each
@@ -133,7 +133,7 @@ def placed(times: NDArray[np.float64], wheel: Wheel) -> Placed:
     numbers.append(number + np.arange(len(times) - marks[-1]))
     own, counts = np.concatenate(chosen), np.concatenate(numbers)
     places = wheel.places[counts % pulses] + wheel.teeth * (counts // pulses)
-    return Placed(times[own], places, counts, len(times) - len(own))
+    return PlacedEvents(times[own], places, counts, len(times) - len(own))
 
 
 def _followed(times: NDArray[np.float64], wheel: Wheel) -> int:

@@ -13,7 +13,7 @@ from dataclasses import fields, replace
 from typing import Any, Protocol
 
 from rsc.errors import SceneError, one_line, shown
-from rsc.scene.keys.keys import Later, Number, PairReader, Polar, PolarReader, Sequence, Table, plain
+from rsc.scene.keys.keys import Later, Number, PairReader, Polar, PolarReader, RawTable, Sequence, plain
 
 EVERY = "contact.*"
 # what is told of an eccentricity by a name of its own, in the order of `PolarReader.items`, and what it means
@@ -23,7 +23,7 @@ POLAR = {
 }
 
 
-class Tables(Protocol):
+class SceneTables(Protocol):
     """What names need of a `rsc.scene.scene.Scene`."""
 
     @property
@@ -36,7 +36,7 @@ class Tables(Protocol):
     def table_name(self, name: str, dotted: object, value: object = None) -> str: ...
 
 
-def at_contacts(scene: Tables, name: str) -> list[str]:
+def at_contacts(scene: SceneTables, name: str) -> list[str]:
     """The names of a value at every contact, where it is one of `contact.*`; else the name itself."""
     if not name.startswith(f"{EVERY}."):
         return [name]
@@ -44,7 +44,7 @@ def at_contacts(scene: Tables, name: str) -> list[str]:
     return [table + name.removeprefix(EVERY) for table in tables]
 
 
-def each_contact(scene: Tables, values: Mapping[str, Any]) -> dict[str, Any]:
+def each_contact(scene: SceneTables, values: Mapping[str, Any]) -> dict[str, Any]:
     """Values with those of `contact.*` under the names of every contact; SceneError where one is given twice."""
     each: dict[str, Any] = {}
     for name, value in values.items():
@@ -55,7 +55,7 @@ def each_contact(scene: Tables, values: Mapping[str, Any]) -> dict[str, Any]:
     return each
 
 
-def whole_keys(scene: Tables, values: Mapping[str, Any]) -> dict[str, Any]:
+def whole_keys(scene: SceneTables, values: Mapping[str, Any]) -> dict[str, Any]:
     """Values by the names of keys alone, with the same meaning.
 
     Raises
@@ -77,7 +77,7 @@ def whole_keys(scene: Tables, values: Mapping[str, Any]) -> dict[str, Any]:
     return whole
 
 
-def polar_name(scene: Tables, name: str) -> tuple[str, str, str] | None:
+def polar_name(scene: SceneTables, name: str) -> tuple[str, str, str] | None:
     """(table, key, "amount" or "angle") of the name of such a value; None of any other name."""
     dotted, _, word = name.rpartition(".")
     table, _, key = dotted.rpartition(".")
@@ -100,7 +100,7 @@ def polar_readers(section: type, key: str) -> dict[str, Number]:
     return {}
 
 
-def leading(scene: Tables, table: str, key: str) -> Polar:
+def leading(scene: SceneTables, table: str, key: str) -> Polar:
     """The leading eccentricity of a key, that of a single one whatever it is; SceneError where it has none."""
     polars = polars_of(scene, table, key)
     if isinstance(polars, Polar):
@@ -112,7 +112,7 @@ def leading(scene: Tables, table: str, key: str) -> Polar:
     raise SceneError(scene.source, f"{table}.{key}", plain(polars), "other than zero at some displacement", hint)
 
 
-def polars_of(scene: Tables, table: str, key: str) -> Polar | tuple[Polar | complex, ...]:
+def polars_of(scene: SceneTables, table: str, key: str) -> Polar | tuple[Polar | complex, ...]:
     """What a scene has under a key of amounts and angles: one, or one for every coordinate, of unbalances complex numbers."""
     kind, _, name = table.partition(".")
     section = next(own for own in scene.contacts if name in ("", own.name)) if kind == "contact" else getattr(scene, kind)
@@ -120,7 +120,7 @@ def polars_of(scene: Tables, table: str, key: str) -> Polar | tuple[Polar | comp
     return polars
 
 
-def pairs_of(scene: Tables, table: str, key: str) -> list[Any]:
+def pairs_of(scene: SceneTables, table: str, key: str) -> list[Any]:
     """[amount, angle] of a key that is read so, or a list of such for every coordinate; none of any other key."""
     if not polar_readers(scene.section(table), key):
         return []
@@ -135,9 +135,9 @@ def _polar(value: Polar | complex) -> Polar:
     return value if isinstance(value, Polar) else Polar(abs(value), math.degrees(cmath.phase(value)))
 
 
-def _changed(scene: Tables, table: str, key: str, wanted: Mapping[str, Any]) -> Any:
+def _changed(scene: SceneTables, table: str, key: str, wanted: Mapping[str, Any]) -> Any:
     """Plain content of a key of amounts and angles with another leading amount, angle or both."""
-    readers, own = polar_readers(scene.section(table), key), Table(scene.source, table, {})
+    readers, own = polar_readers(scene.section(table), key), RawTable(scene.source, table, {})
     lead, polars = leading(scene, table, key), polars_of(scene, table, key)
     numbers = {word: readers[word].read(own, f"{key}.{word}", raw) for word, raw in wanted.items()}
     if isinstance(polars, Polar):

@@ -24,7 +24,7 @@ from rsc.scene.bodies.shafts import Stations
 from rsc.scene.bodies.stations import with_nodes
 from rsc.scene.files.toml_file import tables_of, text_of
 from rsc.scene.files.toml_text import toml_text
-from rsc.scene.keys.keys import Table, as_list, known_keys, plain_section, read_table
+from rsc.scene.keys.keys import RawTable, as_list, known_keys, plain_section, read_table
 from rsc.scene.keys.mirror import mirrored_table
 from rsc.scene.names import EVERY, POLAR, polar_readers, whole_keys
 from rsc.scene.tables import sections
@@ -384,11 +384,11 @@ def _read_display(mapping: Mapping[str, Any], file: str, folder: Path | None) ->
 
 def _reduced_tables(
     mapping: Mapping[str, Any],
-    tables: dict[str, Table],
-    touching: list[Table],
+    tables: dict[str, RawTable],
+    touching: list[RawTable],
     drive: Drive,
-    clearances: list[Table],
-) -> tuple[dict[str, Table], list[Table], list[Table], tuple[Any, ...]]:
+    clearances: list[RawTable],
+) -> tuple[dict[str, RawTable], list[RawTable], list[RawTable], tuple[Any, ...]]:
     """The tables with reduced bodies in the place of machines, those of the contacts with coordinates of them in the place of
     nodes, those of the clearances with nodes, and the reductions."""
     rotor, reductions = tables["rotor"], []
@@ -411,8 +411,8 @@ def _reduced_tables(
 
 
 def _machine_of(
-    body: Table, touching: list[Table], clearances: list[Table], top: float
-) -> tuple[list[Table], list[Table], Machine]:
+    body: RawTable, touching: list[RawTable], clearances: list[RawTable], top: float
+) -> tuple[list[RawTable], list[RawTable], Machine]:
     """Contacts and clearances with nodes of a machine in the place of places along a shaft, and the machine; top: Hz."""
     if body.values["model"] == "machine":
         return touching, clearances, machine_of_file(body, _elsewhere(body.name), nodes_of(clearances, body.name))
@@ -421,7 +421,7 @@ def _machine_of(
     return touching, clearances, stations.machine(top, nodes_of(clearances, body.name))
 
 
-def _refuse_other_speeds(table: Table, drive: Drive, rotor: RotorModel) -> None:
+def _refuse_other_speeds(table: RawTable, drive: Drive, rotor: RotorModel) -> None:
     """A rotor reduced for some speeds says nothing about others."""
     if isinstance(rotor, ReducedRotor):
         low, high = rotor.speeds
@@ -432,18 +432,18 @@ def _refuse_other_speeds(table: Table, drive: Drive, rotor: RotorModel) -> None:
             table.refuse(key, list(drive.speed), f"within {low:g} to {high:g} Hz, for which the rotor was reduced", hint)
 
 
-def _table(mapping: Mapping[str, Any], name: str, file: str, folder: Path | None) -> Table:
+def _table(mapping: Mapping[str, Any], name: str, file: str, folder: Path | None) -> RawTable:
     if name not in mapping:
         if name == "stator" and touches_itself(mapping):
-            return Table(file, name, {"model": "rigid"}, folder)
+            return RawTable(file, name, {"model": "rigid"}, folder)
         if name not in _OPTIONAL:
             hint = "model = \"rigid\" for a wall that does not move" if name == "stator" else ""
             raise SceneError(file, name, None, f"given as a table [{name}]", hint)
-        return Table(file, name, {}, folder)
+        return RawTable(file, name, {}, folder)
     values = mapping[name]
     if not isinstance(values, Mapping):
         raise SceneError(file, name, shown(values), f"a table [{name}]")
-    return Table(file, name, values, folder)
+    return RawTable(file, name, values, folder)
 
 
 def _read_title(raw: object, file: str) -> str:
@@ -470,13 +470,13 @@ def _elsewhere(section: str | None, models: Mapping[str, type] | None = None) ->
     return where
 
 
-def _refuse_free_slip(table: Table, contacts: tuple[Contact, ...]) -> None:
+def _refuse_free_slip(table: RawTable, contacts: tuple[Contact, ...]) -> None:
     """What a drive with a torque cannot have: friction that follows no slip."""
     if any(contact.diameter is None for contact in contacts):
         table.refuse("torque", None, "left out without contact.diameter", "friction brakes the drive at that diameter")
 
 
-def _refuse_coarse_time(table: Table, drive: Drive, contact: Contact, rotor: RotorModel) -> None:
+def _refuse_coarse_time(table: RawTable, drive: Drive, contact: Contact, rotor: RotorModel) -> None:
     """Late in a very long run the clock's last digit must still be shorter than a contact."""
     period = 2.0 * math.pi * math.sqrt(rotor.mass_at(contact.rotor_coordinates[0]) / contact.stiffness)
     tick = math.ulp(drive.duration)

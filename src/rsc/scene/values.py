@@ -16,8 +16,8 @@ from rsc.scene.keys.keys import (
     Number,
     PairReader,
     PolarReader,
+    RawTable,
     Sequence,
-    Table,
     Text,
     plain,
 )
@@ -81,7 +81,7 @@ class Value:
         SceneError
             No scene may have this value in this place.
         """
-        table, place = Table(file, self.table, {}), f"{self.key}.{self.polar}" if self.polar else self.name.rpartition(".")[2]
+        table, place = RawTable(file, self.table, {}), f"{self.key}.{self.polar}" if self.polar else self.name.rpartition(".")[2]
         for reader in self.readers[:-1]:
             try:
                 return _plain(reader.read(table, place, raw))

@@ -26,10 +26,10 @@ from rsc.simulation.races import with_races
 from rsc.simulation.sliding import signed
 from rsc.simulation.stiffness import fastest, resolved_angle
 from rsc.simulation.stretches import stretch_length
-from rsc.system.system import Law
+from rsc.system.system import ContactLaw
 
 # the kind of spring of each law of a System
-SPRINGS = {Law: springs.Linear}
+SPRINGS = {ContactLaw: springs.Linear}
 # off-diagonal entries below this share of their diagonal are rounding, not physics
 ROUNDING = 1e-12
 # corrections of modes, each squaring their error, and the largest entry of one that is believed
@@ -39,7 +39,7 @@ SLOWEST = 1e-4
 
 
 @dataclass(frozen=True)
-class Modes:
+class RealModes:
     """Real modes of one part: r = shape @ x, every x a length; x = inverse @ r."""
 
     shape: np.ndarray  # (n, n)
@@ -49,7 +49,8 @@ class Modes:
 
     def rounded(self):
         """These modes in double precision."""
-        return Modes(*(np.asarray(part, dtype=float) for part in (self.shape, self.inverse, self.stiffness)), self.reference_mass)
+        parts = (np.asarray(part, dtype=float) for part in (self.shape, self.inverse, self.stiffness))
+        return RealModes(*parts, self.reference_mass)
 
 
 @dataclass(frozen=True)
@@ -57,8 +58,8 @@ class Packed:
     """A Model with the maps between the kernel's coordinates and the scene's."""
 
     model: kernel.Model
-    rotor: Modes
-    stator: Modes
+    rotor: RealModes
+    stator: RealModes
     method: tuple  # tells the kernel the method
 
     @property
@@ -320,9 +321,9 @@ def _modes(mass, stiffness, contact):
     """Modes of one part, normalised so that mass = reference mass for each; diagonal parts stay as they are."""
     n = mass.shape[0]
     if n == 0:
-        return Modes(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0), 1.0)
+        return RealModes(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0), 1.0)
     if n == 1:  # what ensembles of small scenes mostly have
-        return Modes(np.ones((1, 1)), np.ones((1, 1)), stiffness[0] / mass[0], float(mass[0, 0]))
+        return RealModes(np.ones((1, 1)), np.ones((1, 1)), stiffness[0] / mass[0], float(mass[0, 0]))
     c = int(contact.argmax())
     reference = float(mass[c, c])
     relative = mass / reference
@@ -333,13 +334,13 @@ def _modes(mass, stiffness, contact):
         omega2, shape = _refined(stiffness / reference, relative, scipy.linalg.eigh(stiffness / reference, relative)[1])
         # a free mode's zero comes out as rounding of either sign
         omega2 = np.where(np.abs(omega2) < ROUNDING * np.abs(omega2).max(), 0.0, omega2)
-    return Modes(shape, shape.T @ relative, omega2, reference)
+    return RealModes(shape, shape.T @ relative, omega2, reference)
 
 
 def _with_mass(modes, mass):
     """The same modes normalised to another mass, kg."""
     size = np.sqrt(mass / modes.reference_mass)
-    return Modes(modes.shape * size, modes.inverse / size, modes.stiffness, mass)
+    return RealModes(modes.shape * size, modes.inverse / size, modes.stiffness, mass)
 
 
 def _refined(stiffness, mass, shape):

@@ -11,12 +11,12 @@ import numpy as np
 
 from rsc.errors import DataError, SceneError, one_line
 from rsc.files.mark import TOML, ZIP
-from rsc.files.output import Output, put_all, target
+from rsc.files.output import OutputFile, put_all, target
 from rsc.machine.imports.bearings import Bearing, with_bearings
 from rsc.machine.imports.gaps import RadialGap
 from rsc.machine.imports.store import stored
 from rsc.machine.model.contact import Place, body_of, total_mass
-from rsc.machine.model.model import Model
+from rsc.machine.model.model import FiniteElementModel
 from rsc.machine.model.modes import ModelMode, slowest_modes
 from rsc.machine.reduction.body import static_solver
 from rsc.scene.files.toml_text import toml_value
@@ -73,7 +73,7 @@ contact = {contact}
 
 
 def import_model(
-    model: Model,
+    model: FiniteElementModel,
     output: str | os.PathLike[str],
     contact: Place,
     unbalance: int | str | None = None,
@@ -86,7 +86,7 @@ def import_model(
 
     Parameters
     ----------
-    model : Model
+    model : FiniteElementModel
     output : path
         A scene (.toml) to begin with, whose model stands beside it under the same name as .npz; or the .npz alone.
     contact : Place
@@ -144,13 +144,13 @@ def import_model(
     words |= _guesses(model, body, first, unbalance) | {"notes": told_there, "watched": _clearances(watched)}
     words["contacts"] = _contacts(model, body, first, gaps)
     words["place"] = _PLACE.format(**words) if len(gaps) < 2 else ""
-    scene = Output(output, _ROTOR.format(**words).encode(), TOML)
+    scene = OutputFile(output, _ROTOR.format(**words).encode(), TOML)
     tried(scene, [written])
     put_all([written, scene], overwrite)
     return f"written: {output}, {file}{told}\n{_slowest(modes, whole)}"
 
 
-def tried(scene: Output, beside: Sequence[Output]) -> Scene:
+def tried(scene: OutputFile, beside: Sequence[OutputFile]) -> Scene:
     """The scene as it will load; SceneError where it cannot be right, before it and its files are put in their places."""
     with tempfile.TemporaryDirectory() as folder:
         for output in (*beside, scene):
@@ -161,7 +161,7 @@ def tried(scene: Output, beside: Sequence[Output]) -> Scene:
             raise SceneError(one_line(scene.path), error.key, error.value, error.wanted, error.hint) from None
 
 
-def _slowest_of(model: Model) -> list[ModelMode]:
+def _slowest_of(model: FiniteElementModel) -> list[ModelMode]:
     """The slowest modes of a machine as it was read, of those that differ in their sense alone one."""
     modes: list[ModelMode] = []
     for mode in slowest_modes(model, model.slowest_speed, 2 * MODES):
@@ -177,7 +177,7 @@ def _twins(one: ModelMode, other: ModelMode) -> bool:
     return one.frequency * other.frequency < 0.0 and away <= ALIKE * size
 
 
-def _slowest(modes: Sequence[ModelMode], model: Model) -> str:
+def _slowest(modes: Sequence[ModelMode], model: FiniteElementModel) -> str:
     """The slowest modes of the machine in words."""
     frequencies = [mode.frequency if model.slowest_speed else abs(mode.frequency) for mode in modes]
     told = ", ".join(f"{one:.4g} Hz ({_decrement(mode)})" for one, mode in zip(frequencies, modes, strict=True))
@@ -198,7 +198,7 @@ def _decrement(mode: ModelMode) -> str:
     return "does not oscillate" if math.isinf(mode.decrement) else f"decrement {mode.decrement:.3g}"
 
 
-def _bearings(model: Model, nodes: Sequence[int | str]) -> list[Bearing]:
+def _bearings(model: FiniteElementModel, nodes: Sequence[int | str]) -> list[Bearing]:
     """Guesses of bearings at nodes: the whole mass on all of them has a frequency and a damping ratio."""
     if not nodes:
         return []
@@ -227,7 +227,7 @@ def _names(gaps: Sequence[RadialGap]) -> list[str]:
     return [f"node_{gap.inner}" + (f"_{gap.outer}" if inner.count(gap.inner) > 1 else "") for gap in gaps]
 
 
-def _contacts(model: Model, body: Body, first: Any, gaps: Sequence[RadialGap]) -> str:
+def _contacts(model: FiniteElementModel, body: Body, first: Any, gaps: Sequence[RadialGap]) -> str:
     """The table of the contact: of a gap, of each of several, or guessed."""
     static, guess = _compliance(body), "        # (guess)"
     numbers = {"gap": f'"0.2 mm"{guess}', "friction": f"0.15{guess}", "stiffness": f"{100.0 / static:.4g}{guess} N/m"}
@@ -241,7 +241,7 @@ def _contacts(model: Model, body: Body, first: Any, gaps: Sequence[RadialGap]) -
     return "\n".join(tables)
 
 
-def _diameter(model: Model, node: Any, gap: RadialGap | None) -> str:
+def _diameter(model: FiniteElementModel, node: Any, gap: RadialGap | None) -> str:
     """The line of the diameter at a contact, of the gap or of the model."""
     diameter = (2.0 * gap.radius if gap is not None else 0.0) or (model.diameter_at(node) if model.diameter else None)
     return f"diameter = {diameter:.6g}\n" if diameter else _NO_DIAMETER
@@ -252,7 +252,7 @@ def _compliance(body: Body) -> float:
     return float(body.contact @ static_solver(body)(body.contact[:, None])[:, 0])
 
 
-def guesses(model: Model, body: Body) -> dict[str, float]:
+def guesses(model: FiniteElementModel, body: Body) -> dict[str, float]:
     """A stator, a contact stiffness in N/m and a largest speed in rpm of the order of magnitude of the rotor."""
     mass, static = total_mass(model), _compliance(body)
     frequency = np.sqrt(1.0 / (static * mass)) / (2.0 * np.pi)  # of the whole mass on the compliance at the contact
@@ -264,7 +264,7 @@ def guesses(model: Model, body: Body) -> dict[str, float]:
     }
 
 
-def _guesses(model: Model, body: Body, first: Any, unbalance: int | str | None) -> dict[str, Any]:
+def _guesses(model: FiniteElementModel, body: Body, first: Any, unbalance: int | str | None) -> dict[str, Any]:
     """What the scene to begin with needs beside rotor and contact."""
     return guesses(model, body) | {
         "title": toml_value(one_line(Path(model.source).stem)[:80]),

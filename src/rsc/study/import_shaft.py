@@ -9,7 +9,7 @@ import numpy as np
 
 from rsc.errors import DataError, one_line
 from rsc.files.mark import CSV, TOML
-from rsc.files.output import Output, put_all, target
+from rsc.files.output import OutputFile, put_all, target
 from rsc.machine.model.contact import body_of
 from rsc.machine.shaft.assembly import model_of
 from rsc.machine.shaft.parts import Material, Section, Shaft, Support
@@ -98,7 +98,8 @@ def import_shaft(
     title = toml_value(one_line(Path(path).stem)[:80])
     words = {"title": title, "source": Path(source).name, "at": f"{place:.12g}", **_stations(shaft, tables)}
     text = _SCENE.format(**words, **guesses(model, body_of(model, ["contact"])))
-    scene, beside = Output(output, text.encode(), TOML), [Output(file, _csv(one).encode(), CSV) for file, one in tables.items()]
+    scene = OutputFile(output, text.encode(), TOML)
+    beside = [OutputFile(file, _csv(one).encode(), CSV) for file, one in tables.items()]
     origin: str = getattr(tried(scene, beside).rotor, "origin", "")
     put_all([*beside, scene], overwrite)
     told = [f"written: {', '.join(map(one_line, (output, *tables)))}", *notes, origin.partition(", contact at")[0]]

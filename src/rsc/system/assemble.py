@@ -9,7 +9,7 @@ from rsc.errors import SceneError
 from rsc.system import knots as knot_tables
 from rsc.system.body import Body
 from rsc.system.knots import FOLLOWING, Knots
-from rsc.system.system import Clearance, Contact, Drive, Law, System
+from rsc.system.system import ContactLaw, System, SystemClearance, SystemContact, SystemDrive
 
 
 class SceneLike(Protocol):
@@ -60,11 +60,11 @@ def assemble(scene: SceneLike) -> System:
 
 
 def _drive(own):
-    """The Drive of a scene's [drive] with a torque."""
+    """The SystemDrive of a scene's [drive] with a torque."""
     tables = (own.torque,) if own.trip is None else (own.torque, own.coast)
     torques = tuple(_frozen(np.array(table) * (2.0 * np.pi, 1.0)) for table in tables)
     ends = (own.duration,) if own.trip is None else (own.trip, own.duration)
-    return Drive(own.inertia, torques, ends, 2.0 * np.pi * own.fastest)
+    return SystemDrive(own.inertia, torques, ends, 2.0 * np.pi * own.fastest)
 
 
 def _weight(rotor, unbalance):
@@ -83,9 +83,9 @@ def _refuse_light(scene, system):
 
 
 def _contact(contact, rotor, stator):
-    """One Contact of a scene's [contact] and of the bodies that touch."""
-    return Contact(
-        law=Law(**{item.name: getattr(contact, item.name) for item in fields(Law)}),
+    """The SystemContact of one a scene's [contact] and of the bodies that touch."""
+    return SystemContact(
+        law=ContactLaw(**{item.name: getattr(contact, item.name) for item in fields(ContactLaw)}),
         gap=contact.gap,
         rotor=_frozen(contact.of_rotor(np.eye(rotor.n_coordinates))),
         stator=_frozen(_unit_vector(stator.n_coordinates, contact.stator_coordinate) * (not contact.in_rotor)),
@@ -97,9 +97,9 @@ def _contact(contact, rotor, stator):
 
 
 def _clearance(own, rotor, stator):
-    """The Clearance of a scene's [[clearance]], with the rows of both bodies."""
+    """The SystemClearance of a scene's [[clearance]], with the rows of both bodies."""
     rows = _row(rotor, own.rotor_coordinate, own.rotor_node), _row(stator, own.stator_coordinate, own.stator_node)
-    return Clearance(own.name, own.gap, *map(_frozen, rows))
+    return SystemClearance(own.name, own.gap, *map(_frozen, rows))
 
 
 def _row(body, coordinate, node):

@@ -10,7 +10,7 @@ from math import tau as TWO_PI
 
 import numpy as np
 
-from rsc.system.system import Contact, System
+from rsc.system.system import System, SystemContact
 
 DEEPEST = 1.0  # penetration over the gap: a deeper contact is no elastic spring between surfaces that just touch
 WIDEST = 1.0  # |r| over the radius of the shaft at the contact: the shaft would leave its own hole
@@ -70,6 +70,6 @@ def border_of(
     )
 
 
-def mass_at(system: System, contact: Contact) -> float:
+def mass_at(system: System, contact: SystemContact) -> float:
     """The mass in kg that an impact at a contact moves at once, 1/(l^T M^-1 l)."""
     return 1.0 / float(contact.rotor @ np.linalg.solve(system.rotor.mass, contact.rotor))

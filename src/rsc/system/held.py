@@ -6,7 +6,7 @@ from math import tau as TWO_PI
 
 import numpy as np
 
-from rsc.system.system import Drive
+from rsc.system.system import SystemDrive
 
 OUTCOMES = HOLDS, SPEEDS_UP, BRAKES, CAPTURED, STOPS, UNKNOWN = "holds", "speeds up", "brakes", "captured", "stops", "unknown"
 
@@ -51,12 +51,12 @@ class Held(Load):
     passed: str
 
 
-def loads(drive: Drive | None, speed: float, torque: float) -> tuple[Load, ...]:
+def loads(drive: SystemDrive | None, speed: float, torque: float) -> tuple[Load, ...]:
     """What a motion at a speed in Hz takes and the drive gives, for the run and for the time behind `trip` if there is one.
 
     Parameters
     ----------
-    drive : Drive or None
+    drive : SystemDrive or None
         None of a prescribed speed.
     speed : float, Hz, not negative
     torque : float, N m
@@ -72,7 +72,7 @@ def loads(drive: Drive | None, speed: float, torque: float) -> tuple[Load, ...]:
     return tuple(Load(speed, torque, float(drive.torque(TWO_PI * speed, part)), part > 0) for part in range(len(drive.torques)))
 
 
-def balance_above(drive: Drive, part: int, speed: float, torque: float) -> float:
+def balance_above(drive: SystemDrive, part: int, speed: float, torque: float) -> float:
     """The first speed in Hz, from one in Hz on upwards, at which T falls to a torque in N m; infinite without a bound."""
     knots = drive.torques[part][:, 0]
     speeds = np.array([TWO_PI * speed, *knots[knots > TWO_PI * speed]])

@@ -15,7 +15,7 @@ ROUNDING = 1e-9  # of the largest damping of a body, below zero
 
 
 @dataclass(frozen=True, eq=False)
-class Law:
+class ContactLaw:
     """Force of a contact on the penetration p, its rate and the slip (physics.md section 2); numbers, or (n,) of a stack."""
 
     stiffness: float  # N/m, k_C
@@ -29,10 +29,10 @@ class Law:
 
 
 @dataclass(frozen=True, eq=False)
-class Contact:
+class SystemContact:
     """One place where rotor and stator may touch: d = l_R . r_R - l_S . r_S + ring e^{i phi} - offset."""
 
-    law: Law
+    law: ContactLaw
     gap: float  # m, nominal radial gap s
     rotor: NDArray[np.float64]  # (N,) l_R
     stator: NDArray[np.float64]  # (M,) l_S
@@ -57,7 +57,7 @@ def only_one(contacts: Sequence[Any]) -> Any:
 
 
 @dataclass(frozen=True, eq=False)
-class Clearance:
+class SystemClearance:
     """A place that is only watched: |rotor . r_R - stator . r_S| may reach the gap, and no force follows. Of a stack of systems
     gap and rows have one more axis, the first."""
 
@@ -68,7 +68,7 @@ class Clearance:
 
 
 @dataclass(frozen=True, eq=False)
-class Drive:
+class SystemDrive:
     """A drive that gives way, J phi'' = T(phi') less what brakes the rotor (physics.md); T linear between knots (k, 2) of phi' in
     rad/s and N m, constant beyond."""
 
@@ -100,16 +100,16 @@ class System:
 
     rotor: Body  # N coordinates
     stator: Body  # M coordinates, no gyroscopics and nothing that acts on it but the contact
-    contacts: tuple[Contact, ...]
+    contacts: tuple[SystemContact, ...]
     schedule_time: NDArray[np.float64]  # (n,) s, corners of the speed schedule, strictly increasing
     schedule_speed: NDArray[np.float64]  # (n,) rad/s at the corners, linear between them
-    clearances: tuple[Clearance, ...] = ()
-    drive: Drive | None = None  # of a speed that is integrated; the schedule is then a constant first speed
+    clearances: tuple[SystemClearance, ...] = ()
+    drive: SystemDrive | None = None  # of a speed that is integrated; the schedule is then a constant first speed
 
     @property
-    def contact(self) -> Contact:
+    def contact(self) -> SystemContact:
         """The contact, for whoever can treat one only, around the bearing centre; raises SolverError of others."""
-        only: Contact = only_one(self.contacts)
+        only: SystemContact = only_one(self.contacts)
         if np.any(only.offset):
             raise SolverError("contact.offset: only a stator around the bearing centre can be computed yet")
         return only
@@ -122,7 +122,7 @@ class System:
         return replace(self, rotor=rotor, stator=stator, contacts=(own,))
 
     @property
-    def law(self) -> Law:
+    def law(self) -> ContactLaw:
         """The law of the contact."""
         return self.contact.law
 
@@ -248,14 +248,14 @@ class System:
 
 
 def _each(change: Any, *contacts: Any) -> Any:
-    """A Contact of numbers, each made by `change` from those of some contacts; it has the name of the first."""
+    """A SystemContact of numbers, each made by `change` from those of some contacts; it has the name of the first."""
     made = {}
     for item in fields(contacts[0]):
         own = [getattr(contact, item.name) for contact in contacts]
         if isinstance(own[0], str):
             made[item.name] = own[0]
         else:
-            made[item.name] = _each(change, *own) if isinstance(own[0], Law) else change(*own)
+            made[item.name] = _each(change, *own) if isinstance(own[0], ContactLaw) else change(*own)
     return type(contacts[0])(**made)
 
 

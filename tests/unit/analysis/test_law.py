@@ -30,7 +30,7 @@ WITH_FORCE = {
 
 def hardening(system, value):
     """A System whose contact has one more constant, as a law F = k p (1 + h p/gap) would bring it."""
-    kind = make_dataclass("Hardening", [("hardening", float)], bases=(system_law.Law,), frozen=True, kw_only=True)
+    kind = make_dataclass("Hardening", [("hardening", float)], bases=(system_law.ContactLaw,), frozen=True, kw_only=True)
     law = kind(**vars(system.law), hardening=value)
     return replace(system, contacts=(replace(system.contact, law=law),))
 

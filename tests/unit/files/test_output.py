@@ -7,7 +7,7 @@ import pytest
 
 from rsc.errors import DataError
 from rsc.files import mark
-from rsc.files.output import FOREIGN, Output, folder, put, put_all, target
+from rsc.files.output import FOREIGN, OutputFile, folder, put, put_all, target
 from rsc.operating_system import Folder
 
 CONTENT = b"\x89PNG\r\n\x1a\n" + b"a picture" + b"\0\0\0\0IEND\xaeB`\x82"
@@ -80,11 +80,11 @@ def test_the_mark_beside_a_table_replaces_nothing_of_the_user(tmp_path):
 
 def test_several_files_are_written_all_or_none(tmp_path, monkeypatch):
     (tmp_path / "b").write_text("mine")
-    outputs = [Output(tmp_path / name, b"new", mark.TOML) for name in "abc"]
+    outputs = [OutputFile(tmp_path / name, b"new", mark.TOML) for name in "abc"]
     with pytest.raises(DataError, match=r"/b: cannot be written"):
         put_all(outputs)
     assert os.listdir(tmp_path) == ["b"]
-    outputs[1] = Output(tmp_path / "d", b"new", mark.TOML)
+    outputs[1] = OutputFile(tmp_path / "d", b"new", mark.TOML)
     begin, begun = Folder.begin, []
 
     def full_at_the_third(self, name):

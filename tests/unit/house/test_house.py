@@ -60,14 +60,6 @@ def test_the_order_of_wings_in_contributing_is_the_contracts():
     assert [" ".join(floor.split()) for floor in told.group(1).split(">")] == contracts[0]["layers"]
 
 
-def test_what_stands_beside_the_modules_is_installed_with_them():
-    """Tests run rsc from its sources, where nothing is missing; a wheel has only what pyproject.toml names."""
-    package = ROOT / "src" / "rsc"
-    named = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["package-data"]["rsc"]
-    files = {path for path in package.rglob("*") if path.is_file() and "__pycache__" not in path.parts}
-    assert {path.relative_to(package).as_posix() for path in files if path.suffix != ".py"} == set(named)
-
-
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.relative_to(ROOT / "src").as_posix())
 def test_functions_and_files_are_short(path):
     text = path.read_text(encoding="utf-8")

@@ -18,7 +18,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["
 LICENSES = ("LICENSE", "src/rsc/show/page/plotly/LICENSE")
 
 
-CONSTRAINTS = ROOT / f"constraints-{PROJECT['version']}.txt"
+CONSTRAINTS = ROOT / "constraints.txt"
 
 
 @pytest.fixture(scope="module")
@@ -52,8 +52,10 @@ def test_the_source_distribution_has_what_the_wheel_is_built_from(built):
     (path,) = built.glob("*.tar.gz")
     with tarfile.open(path) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
-    assert CONSTRAINTS.name in names
-    assert {"README.md", "pyproject.toml", *LICENSES, "src/rsc/show/page/plotly/plotly-cartesian.min.js.gz"} <= names
+    assert {CONSTRAINTS.name, "README.md", "CHANGELOG.md", "SECURITY.md", "pyproject.toml", *LICENSES} <= names
+    folders = ("src", "tests", "docs", "bench", "tools", "data")
+    committed = subprocess.run(["git", "-C", ROOT, "ls-files", *folders], capture_output=True, text=True)
+    assert {name for name in committed.stdout.splitlines() if (ROOT / name).exists()} <= names
 
 
 def required(texts, extras=("",), known=None):

@@ -156,8 +156,8 @@ CON = _Con(1.0, contact.Surfaces(Linear(100.0), 2.0, 0.2, 0.0, 1.0))
 
 def _kin(penetration, rate, slip=0.0):
     distance = 1.0 + penetration
-    place = contact.Place(1.0, 0.0, 1 / distance, distance, penetration, 0.0, 0.0)
-    return contact.Kinematics(place, contact.Motion(rate, rate * distance, 0.0, 0.0, slip, abs(rate) + 0.5))
+    place = contact.Deflection(1.0, 0.0, 1 / distance, distance, penetration, 0.0, 0.0)
+    return contact.Kinematics(place, contact.DeflectionRates(rate, rate * distance, 0.0, 0.0, slip, abs(rate) + 0.5))
 
 
 @pytest.mark.versions

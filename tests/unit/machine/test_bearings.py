@@ -9,7 +9,7 @@ from rsc.machine.imports.bearings import Bearing, with_bearings
 from rsc.machine.imports.build import rotor_model
 from rsc.machine.imports.coordinates import Coordinates
 from rsc.machine.imports.store import save_model
-from rsc.machine.model.model import Model
+from rsc.machine.model.model import FiniteElementModel
 from rsc.system.assemble import assemble
 
 FREE = ((0.0, 0.0), (0.0, 0.0))
@@ -31,7 +31,7 @@ duration = 0.2
 ENDS = [(0, (3e6, 2e5, -4e5, 5e6), (300.0, 10.0, -20.0, 500.0)), (6, (4e6, 0.0, 0.0, 4e6), (0.0,) * 4)]
 
 
-def model(bearings=(), packed=False, **options) -> Model:
+def model(bearings=(), packed=False, **options) -> FiniteElementModel:
     """The shaft of `fe_bodies` without bearings, or with these in its real matrices."""
     matrices, nodes, directions = rotor(bearing=FREE, **options)
     for node, stiffness, damping in bearings:

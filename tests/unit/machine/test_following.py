@@ -24,7 +24,7 @@ from rsc.machine.imports.supports import read_supports, with_supports
 from rsc.machine.model.following import over_speed
 from rsc.machine.model.modes import slowest_modes
 from rsc.machine.reduction.body import FEW, dynamic_stiffness
-from rsc.machine.reduction.directions import BOTH_LINES, Place, reduce_unequal, responses
+from rsc.machine.reduction.directions import BOTH_LINES, FrequencyPoint, reduce_unequal, responses
 from rsc.machine.reduction.points import compared_speeds, natural_frequencies
 from rsc.machine.reduction.reduction import reduce
 from rsc.machine.reduction.shifts import receptance_error
@@ -237,7 +237,7 @@ def test_unequal_directions_that_follow_the_speed_are_within_the_tolerance():
         for Psi in rng.uniform(*band, 8):
             lines = [by_hand(body, Psi, Omega), E + 1j * Psi * C, (E - 1j * Psi * C).conj(), by_hand(body, -Psi, Omega).conj()]
             x = np.linalg.solve(np.block([lines[:2], lines[2:]]), np.concatenate([body.contact, 0.0 * body.contact]))
-            y = responses(reduced.body, small, Place(Psi, Omega, [0]))[:, 0]
+            y = responses(reduced.body, small, FrequencyPoint(Psi, Omega, [0]))[:, 0]
             true, own = (np.array([v[: len(v) // 2] @ row, v[len(v) // 2 :] @ row]) for v, row in
                          ((x, body.contact), (y, np.eye(r)[0])))  # fmt: skip
             worst = max(worst, abs(true - own).max() / abs(true).max())

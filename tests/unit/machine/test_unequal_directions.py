@@ -16,7 +16,7 @@ from rsc.machine.imports.ross import read_ross
 from rsc.machine.imports.store import save_model
 from rsc.machine.model.contact import Unbalance, body_of
 from rsc.machine.reduction.body import checked
-from rsc.machine.reduction.directions import BOTH_LINES, Place, Unequal, doubled_inputs, reduce_unequal, responses
+from rsc.machine.reduction.directions import BOTH_LINES, FrequencyPoint, Unequal, doubled_inputs, reduce_unequal, responses
 from rsc.machine.reduction.reduction import reduce
 from rsc.scene.scene import Scene
 from rsc.study.prediction.reductions import reduction_remarks
@@ -108,11 +108,11 @@ def test_both_lines_fulfil_the_equations_of_the_doubled_matrices(rub_rotor):
     mass, damping, stiffness = model.with_conjugate(20.0)
     inputs = doubled_inputs(body)
     assert inputs.shape == (2 * model.n, 4)
-    motions = responses(body, unequal, Place(Psi, Omega, [0, 1, 2, 3]))
+    motions = responses(body, unequal, FrequencyPoint(Psi, Omega, [0, 1, 2, 3]))
     assert np.abs((stiffness - Psi**2 * mass + 1j * Psi * damping) @ motions - inputs).max() < 1e-9 * np.abs(inputs).max()
     sparse = replace(body, **{name: scipy.sparse.csc_array(matrix) for name, matrix in body.terms.items()})
     across = Unequal(*(scipy.sparse.csc_array(matrix) for matrix in (unequal.stiffness, unequal.damping)))
-    assert np.allclose(responses(sparse, across, Place(Psi, Omega, [0, 1, 2, 3])), motions, rtol=1e-7, atol=0.0)
+    assert np.allclose(responses(sparse, across, FrequencyPoint(Psi, Omega, [0, 1, 2, 3])), motions, rtol=1e-7, atol=0.0)
 
 
 def contact_lines(model, reduced, Psi, Omega, mirror):
@@ -150,7 +150,7 @@ def test_random_rotors_are_within_what_is_stated(seed):
     reduced = reduce_unequal(body, unequal, machine.band, machine.speeds, 1e-4)
     small = unequal.projected(reduced.basis)
     for Psi in rng.uniform(0.0, -machine.band[0], 100):
-        place = Place(Psi, rng.uniform(*machine.speeds), [0, 1])
+        place = FrequencyPoint(Psi, rng.uniform(*machine.speeds), [0, 1])
         exact, ours = responses(reduced.full, unequal, place), responses(reduced.body, small, place)
         true, found = (np.kron(np.eye(2), row) @ x for row, x in ((body.contact, exact), (reduced.body.contact, ours)))
         assert (np.abs(true - found).max(axis=0) < reduced.error * np.abs(true).max(axis=0)).all()

@@ -12,7 +12,7 @@ from rsc.errors import SceneError
 from rsc.scene.bodies import models
 from rsc.scene.bodies.reduced import Reduction
 from rsc.scene.keys.forms import Form, declared_in, exclusive
-from rsc.scene.keys.keys import Number, Table, declare, known_keys, read_table
+from rsc.scene.keys.keys import Number, RawTable, declare, known_keys, read_table
 from rsc.scene.scene import _SECTIONS, Scene
 from rsc.scene.tables.drive import Drive
 from rsc.scene.tables.start import Start
@@ -60,7 +60,7 @@ def test_a_new_form_is_whole_and_alone(monkeypatch):
 
 
 def test_a_key_that_a_reader_leaves_is_a_fault_that_names_it():
-    values = read_table(with_key(Reduction), Table("a.toml", "reduction", {"swing": 3.0, "tolerance": 1e-3}))
+    values = read_table(with_key(Reduction), RawTable("a.toml", "reduction", {"swing": 3.0, "tolerance": 1e-3}))
     assert values["tolerance"] == 1e-3
     with pytest.raises(AssertionError, match=r"\[reduction\] swing is declared, and nothing reads it"):
         values.refuse_untaken()

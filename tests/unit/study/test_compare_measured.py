@@ -10,7 +10,7 @@ import pytest
 import rsc
 from probes import pulses_of, turns_of, written
 from rsc.cli import main
-from rsc.measure.kinds import Seen
+from rsc.measure.kinds import ProbeKind
 from rsc.measured.virtual import write_measured
 from rsc.show.page import page, write_page
 from rsc.show.words.answer import answer
@@ -51,7 +51,7 @@ def test_the_whirl_of_a_run_is_found_as_without_noise(probes):
     scene, run = rsc.Scene.from_dict(PUMP), run_of("pump")
     report = rsc.compare(scene, rsc.read_measured(probes))
     clean = rsc.spectral_peaks(run, "negative", count=1, window=report.fall.window)
-    assert set(report.features.kind) == {Seen.WHIRL} and len(report.windows) == len(clean.time)
+    assert set(report.features.kind) == {ProbeKind.WHIRL} and len(report.windows) == len(clean.time)
     assert np.mean(np.abs(report.features.frequency - clean.frequency[:, 0]) < 0.05) > 0.95
     assert np.mean(np.abs(report.features.amplitude / clean.amplitude[:, 0] - 1.0) < 0.005) > 0.95
     np.testing.assert_allclose(report.fall.speed, clean.speed, atol=0.02)
@@ -109,7 +109,7 @@ def test_a_whirl_of_the_model_that_is_unstable_is_named_with_its_growth(tmp_path
 def test_a_forward_rub_is_no_whirl_and_its_bode_is_that_of_the_run(tmp_path):
     run, scene = run_of("rubs"), rsc.Scene.from_dict(RUBS)
     report = rsc.compare(scene, rsc.read_measured(write_measured(run, tmp_path / "rub.toml", noise=2e-6)))
-    assert set(report.features.kind) == {Seen.WITH_SHAFT} and not report.nearest
+    assert set(report.features.kind) == {ProbeKind.WITH_SHAFT} and not report.nearest
     clean = rsc.check(scene)
     wanted = np.interp(report.fall.speed, clean.fall.speed, np.abs(clean.order))
     np.testing.assert_allclose(np.abs(report.order), wanted, rtol=0.02)
@@ -136,7 +136,7 @@ def test_a_run_with_holes_is_compared_beside_them(probes):
     signals = " ".join(told(report)["signals"])
     for words in ("repeat the time", "samples are missing", "are no numbers"):
         assert words in signals
-    holes = report.features.kind == Seen.NOT_RESOLVED
+    holes = report.features.kind == ProbeKind.NOT_RESOLVED
     assert 0 < holes.sum() < 0.6 * len(holes) and set(report.features.why[holes]) == {"samples are missing"}
     assert {window.frequency.verdict for window, hole in zip(report.windows, holes, strict=True) if not hole} == {"agrees"}
     assert not re.search(r'[ "](nan|inf)[ "<]', page(report).partition("<script")[0])

@@ -14,7 +14,7 @@ from rsc.machine.imports.build import rotor_model, stator_model
 from rsc.machine.imports.coordinates import Coordinates
 from rsc.machine.imports.store import save_model
 from rsc.machine.reduction.body import FEW
-from rsc.machine.reduction.directions import Place, reduce_unequal, responses
+from rsc.machine.reduction.directions import FrequencyPoint, reduce_unequal, responses
 from rsc.machine.reduction.points import natural_frequencies
 from rsc.machine.reduction.reduction import reduce
 from rsc.study.prediction.predictions import predictions
@@ -167,7 +167,7 @@ def test_with_unequal_directions_both_lines_at_both_contacts_are_within_the_tole
     reduced = reduce_unequal(body, unequal, machine.band, machine.speeds, 1e-3)
     small = unequal.projected(reduced.basis)
     for Psi in np.linspace(*machine.band, 60):
-        place = Place(Psi, 0.5 * machine.speeds[1], [0, 1, 2, 3])
+        place = FrequencyPoint(Psi, 0.5 * machine.speeds[1], [0, 1, 2, 3])
         full, own = (
             np.kron(np.eye(2), part.contact) @ responses(part, part_unequal, place)
             for part, part_unequal in ((body, unequal), (reduced.body, small))

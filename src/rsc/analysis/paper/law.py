@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from rsc.errors import SceneError
-from rsc.system.system import Law as Constants
+from rsc.system.system import ContactLaw
 
 # by name, so that a constant which is added to a scene's law is refused until it is treated here
 _TREATED = ("stiffness", "damping", "friction", "diameter", "slip_velocity", "race_inertia", "race_drag")
@@ -21,7 +21,7 @@ _HINT = "rsc run simulates it"
 
 
 @dataclass(frozen=True, eq=False)
-class Law(Constants):
+class SteadyLaw(ContactLaw):
     """The constants of a contact, floats, or (n,) of a stack of systems, with its gap: what follows from them for steady motions.
 
     Infinite stiffness: rigid; no diameter (None, in a stack NaN): friction slides forward always.
@@ -153,12 +153,12 @@ class Law(Constants):
 
 
 def law_of(system):
-    """The `Law` of the only contact of a System or of a stack; raises as `law_at`, SolverError of several."""
+    """The `SteadyLaw` of the only contact of a System or of a stack; raises as `law_at`, SolverError of several."""
     return law_at(system.contact)
 
 
 def law_at(contact):
-    """The `Law` of a contact.
+    """The `SteadyLaw` of a contact.
 
     Raises
     ------
@@ -169,4 +169,4 @@ def law_at(contact):
     for name, value in vars(law).items():
         if name not in _TREATED and np.any(value):
             raise SceneError("<scene>", f"contact.{name}", value, "0 for a prediction, whose contact has no such term", _HINT)
-    return Law(**{name: getattr(law, name) for name in _TREATED}, gap=contact.gap)
+    return SteadyLaw(**{name: getattr(law, name) for name in _TREATED}, gap=contact.gap)

@@ -28,7 +28,7 @@ _PASSES = (
 )
 
 
-class _Whole(JITCodeLibrary):
+class _WholeLibrary(JITCodeLibrary):
     """LLVM code of a function that Python calls: each of its helpers, near and far, is linked in once."""
 
     def add_linking_library(self, library):
@@ -37,7 +37,7 @@ class _Whole(JITCodeLibrary):
                 super().add_linking_library(part)
 
 
-class _Part(_Whole):
+class _Part(_WholeLibrary):
     """LLVM code of a helper: optimised and translated only inside the functions that Python calls, where Numba would do both for
     every helper alone, optimise again for each caller of it, and add two wrappers for calls from Python and C. Kept as
     bitcode, which takes less memory than modules (bench/results/memory.md)."""
@@ -56,7 +56,7 @@ class _Part(_Whole):
 
 class _WholeCompiler(Compiler):
     def define_pipelines(self):
-        self.state.library = _Whole(near_codegen(), self.state.func_id.func_qualname)
+        self.state.library = _WholeLibrary(near_codegen(), self.state.func_id.func_qualname)
         self.state.library.enable_object_caching()
         return super().define_pipelines()
 

@@ -1,6 +1,6 @@
 """Arithmetic in Python operators that emits LLVM code: recurrences whose loops are gone when the kernel runs.
 
-A function of `Value`s runs once, while compiling: its Python loops and lists become straight-line code, its sums and products
+A function of `Emitted`s runs once, while compiling: its Python loops and lists become straight-line code, its sums and products
 instructions in exactly the order written, never reordered or contracted.
 """
 
@@ -14,20 +14,20 @@ from rsc.kernel.simd.registers import F64, VecType, add, each, fma_lanewise, is_
 PAIR = VecType(2)
 
 
-class Value:
+class Emitted:
     """A number or a packed vector of the code being emitted: its Numba type `kind` and its LLVM value `code`."""
 
     def __init__(self, builder, kind, code):
         self.builder, self.kind, self.code = builder, kind, code
 
     def _new(self, code, kind=None):
-        return Value(self.builder, kind or self.kind, code)
+        return Emitted(self.builder, kind or self.kind, code)
 
     def code_of(self, other):
         """Code of `other` with the kind of self: numbers and constants in every lane."""
-        if isinstance(other, Value) and other.kind == self.kind:
+        if isinstance(other, Emitted) and other.kind == self.kind:
             return other.code
-        number = other.code if isinstance(other, Value) else ir.Constant(F64, float(other))
+        number = other.code if isinstance(other, Emitted) else ir.Constant(F64, float(other))
         if not is_vec(self.kind) or number.type != F64:
             return number  # for `each` to put in every lane
         return join(self.builder, self.kind, [splat(self.builder, number, size) for size in self.kind.parts])
@@ -43,7 +43,7 @@ class Value:
         return self._apply("fsub", other)
 
     def __mul__(self, other):
-        if isinstance(other, Value) and is_vec(other.kind) and self.kind == types.float64:
+        if isinstance(other, Emitted) and is_vec(other.kind) and self.kind == types.float64:
             return other * self
         return self._apply("fmul", other)
 
@@ -112,13 +112,13 @@ def fma(a, b, total):
     """a * b + total with one rounding per lane; the result has the kind of `total`, a and b may be numbers."""
     codes, builder = (total.code_of(a), total.code_of(b), total.code), total.builder
     if not is_vec(total.kind):
-        return Value(builder, total.kind, builder.fma(*codes))
-    return Value(builder, total.kind, each(builder, total.kind, lambda *parts: fma_lanewise(builder, *parts), *codes))
+        return Emitted(builder, total.kind, builder.fma(*codes))
+    return Emitted(builder, total.kind, each(builder, total.kind, lambda *parts: fma_lanewise(builder, *parts), *codes))
 
 
 def pair_of(y, z):
     """A pair of two numbers."""
-    return Value(y.builder, PAIR, PAIR.filled(y.builder, y.code, z.code, None))
+    return Emitted(y.builder, PAIR, PAIR.filled(y.builder, y.code, z.code, None))
 
 
 def parts(builder, kind, code):
@@ -127,7 +127,7 @@ def parts(builder, kind, code):
         return SimpleNamespace(**dict(zip(kind.fields, parts(builder, types.Tuple(kind.types), code), strict=True)))
     if isinstance(kind, types.BaseTuple):
         return [parts(builder, part, builder.extract_value(code, i)) for i, part in enumerate(kind)]
-    return Value(builder, kind, code)
+    return Emitted(builder, kind, code)
 
 
 def product(a, b, k, first=0, last=None):

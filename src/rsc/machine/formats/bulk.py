@@ -2,7 +2,7 @@
 
 import re
 
-from rsc.machine.formats.entries import BadMatrix, Lines
+from rsc.machine.formats.entries import BadMatrix, TextLines
 
 EXPONENT = re.compile(rb"([\d.])([+-]\d)")  # one without its letter: 1.5-3
 _CONTINUES = (b"+", b"*", b" ", b",")
@@ -17,7 +17,7 @@ def cards(content, names, most, too_many):
         An entry has more than `most` fields; `too_many` says so.
     """
     name, card = None, []
-    for line in Lines(content):
+    for line in TextLines(content):
         line = line.split(b"$", 1)[0].rstrip()
         if not line.strip():
             continue

@@ -42,7 +42,7 @@ class Budgeted(dict):
         super().__setitem__(name, matrix)
 
 
-class Lines:
+class TextLines:
     """The lines of a text (bytes), one after another, without their ends."""
 
     def __init__(self, content):

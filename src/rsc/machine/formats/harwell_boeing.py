@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from rsc.machine.formats.entries import BadMatrix, Lines, check_shape, numbers, sparse, whole
+from rsc.machine.formats.entries import BadMatrix, TextLines, check_shape, numbers, sparse, whole
 
 _TYPE = re.compile(rb"([RCIPQ])([SUHZR])([AE])\s", re.IGNORECASE)
 _FIELD = re.compile(rb"(\d*)\s*[IEDFG](\d+)", re.IGNORECASE)  # as in (16I5) or (1P,4D20.12)
@@ -23,7 +23,7 @@ def recognises(head):
 
 def read(content, stem):
     """The matrix of the file, sparse, under the name of the file."""
-    lines = Lines(content)
+    lines = TextLines(content)
     header = [lines.next() for _ in range(4)]
     counts = whole(numbers(header[1]), 0, len(content), "a number of lines")
     kind = _TYPE.match(header[2])
@@ -67,7 +67,7 @@ def _apart(text, per_line, width, length):
     """The numbers of a text of so many fields of one width on every line."""
     if not (0 < width <= 80 and 0 < per_line * width <= _LONGEST) or len(text) < length:
         raise BadMatrix("it is too short, or its formats fit no line")
-    lines, parts, count = iter(Lines(text)), [np.zeros(0)], 0
+    lines, parts, count = iter(TextLines(text)), [np.zeros(0)], 0
     while count < length and (some := list(itertools.islice(lines, _TOGETHER))):
         cells = b"".join(line[: per_line * width].ljust(per_line * width) for line in some)
         fields = np.full((len(some) * per_line, width + 1), ord(" "), np.uint8)  # a space behind every field

@@ -11,7 +11,17 @@ from array import array
 
 import numpy as np
 
-from rsc.machine.formats.entries import MOST_BYTES, MOST_NUMBERS, BadMatrix, Budgeted, Lines, check_shape, numbers, sparse, whole
+from rsc.machine.formats.entries import (
+    MOST_BYTES,
+    MOST_NUMBERS,
+    BadMatrix,
+    Budgeted,
+    TextLines,
+    check_shape,
+    numbers,
+    sparse,
+    whole,
+)
 
 _HEADER = re.compile(rb" *\d+ *-?\d+ +\d+ +[1-4][A-Z][\w ]{0,7}((1P,)?\d*[ED]\d+\.\d+)?(\|I16)? *\r?$", re.IGNORECASE)
 _FORMAT = re.compile(rb"(?:1P,)?(\d*)[ED](\d+)\.\d+", re.IGNORECASE)
@@ -34,7 +44,7 @@ def recognises_binary(head):
 
 def read(content, most=MOST_BYTES):
     """All real matrices of the file, name -> scipy.sparse.csc_array; `most`: bytes of all."""
-    lines, matrices = Lines(content), Budgeted(most)
+    lines, matrices = TextLines(content), Budgeted(most)
     for line in lines:
         if not line.strip():
             break

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse
 
 from rsc.machine.checks.rank import held
-from rsc.machine.model.model import Model
+from rsc.machine.model.model import FiniteElementModel
 
 _MISSING = "bearings are missing"
 
@@ -26,7 +26,7 @@ class Bearing:
     damping: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
 
-def with_bearings(model: Model, bearings: Sequence[Bearing]) -> Model:
+def with_bearings(model: FiniteElementModel, bearings: Sequence[Bearing]) -> FiniteElementModel:
     """The model with bearings added.
 
     Of u = x + i y their force is -(mean + i skew) u - anisotropic conj(u) with

@@ -1,4 +1,4 @@
-"""From real matrices and their coordinate table to a `Model`, with every refusal that the matrices can earn."""
+"""From real matrices and their coordinate table to a `FiniteElementModel`, with every refusal that the matrices can earn."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -13,7 +13,7 @@ from rsc.machine.formats import Matrix
 from rsc.machine.imports.casing import one_direction
 from rsc.machine.imports.complex_form import DECOUPLED, Pairs, coupling, fold, pairs
 from rsc.machine.imports.coordinates import Coordinates
-from rsc.machine.model.model import TILT, Model
+from rsc.machine.model.model import TILT, FiniteElementModel
 
 _MOST_DENSE = 3000  # coordinates; larger matrices become sparse
 _FIXED = 1e30  # N/m: what Abaqus puts on the diagonal of a coordinate that is held
@@ -35,7 +35,7 @@ def rotor_model(
     units: str | None = None,
     speed: float | None = None,
     free: bool = False,
-) -> Model:
+) -> FiniteElementModel:
     """Model of a rotor with its bearings.
 
     Parameters
@@ -90,7 +90,7 @@ def stator_model(
     contact: int | str,
     band: float,
     units: str | None = None,
-) -> Model:
+) -> FiniteElementModel:
     """Model of a stator: complex coordinates where x and y are coupled to nothing else, otherwise one direction (casing.py).
 
     Parameters
@@ -208,7 +208,7 @@ def _folded(matrices, places, coordinates, source):
         for name in ("damping", "stiffness")
         if name in parts and abs(parts[name].imaginary).max() > 0.0
     }
-    return Model(
+    return FiniteElementModel(
         source=source,
         node=places.node,
         kind=places.kind,

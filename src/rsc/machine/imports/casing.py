@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from rsc.errors import DataError
 from rsc.machine.formats import Matrix
 from rsc.machine.imports.coordinates import Coordinates
-from rsc.machine.model.model import DISPLACEMENT, OTHER, TILT, Model
+from rsc.machine.model.model import DISPLACEMENT, OTHER, TILT, FiniteElementModel
 
 ALIKE = 0.01  # difference of both directions at the contact, of their mean
 _SAME, _MOST_BLOCKS = 1e-4, 40  # change of the receptances that ends their series of motions; the most of it, for each force
@@ -30,7 +30,7 @@ _KINDS = {"x": DISPLACEMENT, "ry": TILT, "y": OTHER, "rx": OTHER, "other": OTHER
 
 def one_direction(
     matrices: dict[str, Matrix], coordinates: Coordinates, source: str, seen: tuple[int | str, float], solve: Solver
-) -> Model:
+) -> FiniteElementModel:
     """Model that takes every real coordinate once, after a comparison of both directions at the contact.
 
     Parameters
@@ -49,7 +49,7 @@ def one_direction(
         band's end (at three frequencies), or a force in x moves it in y by more.
     """
     (contact, band), zero = seen, 0.0 * matrices["mass"]
-    model = Model(
+    model = FiniteElementModel(
         source=source,
         node=coordinates.node,
         kind=np.array([_KINDS[direction] for direction in coordinates.direction.tolist()]),
@@ -77,10 +77,12 @@ def one_direction(
             f"receptance at {where:.4g} Hz; such a stator is read where they are alike to {100 * ALIKE:.0f} %",
         )
     note = f"x stands for both directions; at node {node} they differ by {100 * worst:.2g} % at most up to {band:g} Hz."
-    return Model(**{**vars(model), "notes": (note,)})
+    return FiniteElementModel(**{**vars(model), "notes": (note,)})
 
 
-def receptances(model: Model, rows: NDArray[np.int64], frequencies: NDArray[np.float64], solve: Solver) -> ComplexArray:
+def receptances(
+    model: FiniteElementModel, rows: NDArray[np.int64], frequencies: NDArray[np.float64], solve: Solver
+) -> ComplexArray:
     """Displacement of some coordinates for a force at each, (frequencies, n, n), m/N, at frequencies in Hz.
 
     From the motions K^-1 f, K^-1 M K^-1 f, ..., which match the receptances and their derivatives at rest, as many as make no

@@ -11,7 +11,7 @@ from rsc.machine.formats import read_matrices
 from rsc.machine.imports.build import WORDS, rotor_model, stator_model
 from rsc.machine.imports.coordinates import from_labels, read_table
 from rsc.machine.imports.supports import read_supports, with_supports
-from rsc.machine.model.model import Model
+from rsc.machine.model.model import FiniteElementModel
 
 MatrixSource = str | os.PathLike[str] | tuple[str | os.PathLike[str], str]
 # names that programs give the matrices, where a file has several
@@ -35,7 +35,7 @@ def import_fe(
     contact: int | str | None = None,
     stator: bool = False,
     **options,
-) -> Model:
+) -> FiniteElementModel:
     """Read a finite-element model from its matrix files and its coordinate table.
 
     Parameters

@@ -19,7 +19,7 @@ from rsc.machine.formats import read_matrices
 from rsc.machine.imports.build import rotor_model
 from rsc.machine.imports.coordinates import Coordinates
 from rsc.machine.model.following import over_speed
-from rsc.machine.model.model import Model
+from rsc.machine.model.model import FiniteElementModel
 
 _NODE = ("x", "y", "other", "rx", "ry", "other")
 _SUPPORT = ("x", "y", "other")
@@ -29,7 +29,7 @@ _ROLES = {"mass": "M", "stiffness": "K", "damping": "C", "gyroscopic": "G"}
 
 def from_ross(
     rotor, speed: float = 0.0, frequency: float | None = None, *, speeds: Sequence[float] | None = None
-) -> Model:
+) -> FiniteElementModel:
     """Model of a ROSS rotor.
 
     Parameters
@@ -47,7 +47,7 @@ def from_ross(
 
     Returns
     -------
-    Model
+    FiniteElementModel
         Nodes have ROSS's numbers, point masses those behind them; tags of discs and bearings are names of their nodes; diameters
         are the outer ones of the elements.
 
@@ -125,7 +125,7 @@ def _taken(magnetic, speed, frequency):
 
 def read_ross_over_speed(
     paths: Sequence[str | os.PathLike[str]], speeds: Sequence[float], free: bool = False
-) -> Model:
+) -> FiniteElementModel:
     """Model whose coefficients follow the speed, from files of `rotor.save_mat` at rotor speeds in Hz, in order.
 
     Raises
@@ -139,7 +139,7 @@ def read_ross_over_speed(
     return over_speed([read_ross(path, speed, free) for path, speed in zip(paths, speeds, strict=True)])
 
 
-def read_ross(path: str | os.PathLike[str], speed: float | None = None, free: bool = False) -> Model:
+def read_ross(path: str | os.PathLike[str], speed: float | None = None, free: bool = False) -> FiniteElementModel:
     """Model from the file of ROSS's `rotor.save_mat(file, speed)`.
 
     Parameters

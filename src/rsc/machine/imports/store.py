@@ -1,4 +1,4 @@
-"""A `Model` in a file beside a scene: one .npz, for which none of the programs is needed that the model came from."""
+"""A `FiniteElementModel` in an .npz file next to a scene; the program that the model came from is not needed to read it."""
 
 import hashlib
 import io
@@ -14,11 +14,11 @@ from rsc.errors import DataError, one_line
 from rsc.files.content import content_of
 from rsc.files.mark import ZIP
 from rsc.files.memory import Memory
-from rsc.files.output import Output, put_all
+from rsc.files.output import OutputFile, put_all
 from rsc.machine.formats.entries import MOST_BYTES
 from rsc.machine.formats.npz import arrays_of
 from rsc.machine.model.following import MOST_KNOTS
-from rsc.machine.model.model import DISPLACEMENT, DOUBLE, OTHER, TILT, Model
+from rsc.machine.model.model import DISPLACEMENT, DOUBLE, OTHER, TILT, FiniteElementModel
 from rsc.system.knots import ANISOTROPIC, FOLLOWING, Knots
 
 FORMATS = ("rsc model 1", "rsc model 2")  # the second: with coefficients that follow the rotor speed, which older versions refuse
@@ -27,14 +27,14 @@ _COMPLEX = ("anisotropic_mass", "anisotropic_damping", "anisotropic_stiffness")
 _TABLES = ("names", "position", "diameter")
 
 
-def save_model(model: Model, path: str | os.PathLike[str]) -> str:
+def save_model(model: FiniteElementModel, path: str | os.PathLike[str]) -> str:
     """Write a model; returns the SHA-256 of the file as text. DataError when it cannot be written."""
     output, digest = stored(model, path)
     put_all([output])
     return digest
 
 
-def stored(model: Model, path: str | os.PathLike[str]) -> tuple[Output, str]:
+def stored(model: FiniteElementModel, path: str | os.PathLike[str]) -> tuple[OutputFile, str]:
     """(file of a model, to be written by `rsc.files.output.put_all`, SHA-256 of that file as text)."""
     follows = model.knots is not None or model.rotating_damping is not None
     about = {"format": FORMATS[follows], "source": model.source, "kind": model.kind.tolist(), "notes": model.notes}
@@ -49,7 +49,7 @@ def stored(model: Model, path: str | os.PathLike[str]) -> tuple[Output, str]:
             arrays |= _stored(f"knots.{name}", scipy.sparse.vstack(part) if model.is_sparse else part.reshape(-1, model.n))
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **arrays)
-    output = Output(Path(path), buffer.getvalue(), ZIP)
+    output = OutputFile(Path(path), buffer.getvalue(), ZIP)
     return output, hashlib.sha256(ZIP.marked(output.content)).hexdigest()
 
 
@@ -64,7 +64,7 @@ def _stored(name: str, matrix: Any) -> dict[str, Any]:
     return {f"{name}.{part}": getattr(matrix, part) for part in ("data", "indices", "indptr")}
 
 
-def load_model(path: str | os.PathLike[str]) -> tuple[Model, str]:
+def load_model(path: str | os.PathLike[str]) -> tuple[FiniteElementModel, str]:
     """Read a model that `save_model` wrote; returns it with the SHA-256 of the file.
 
     Raises
@@ -84,7 +84,7 @@ def load_model(path: str | os.PathLike[str]) -> tuple[Model, str]:
             raise ValueError("its parts do not fit")
         matrices = {name: _read(arrays, name, n) for name in _REAL}
         matrices |= {name: _read_complex(arrays, name, n) for name in _COMPLEX}
-        model = Model(
+        model = FiniteElementModel(
             source=str(about["source"]),
             node=arrays["node"].astype(np.int64),
             kind=np.array(about["kind"], dtype=str),

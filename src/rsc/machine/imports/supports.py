@@ -11,7 +11,7 @@ from rsc.errors import DataError, one_line
 from rsc.machine.imports.bearings import Bearing, with_bearings
 from rsc.machine.imports.coordinates import cells_of, number_in, rows_of
 from rsc.machine.model.following import over_speed
-from rsc.machine.model.model import Model
+from rsc.machine.model.model import FiniteElementModel
 
 _STIFFNESS, _DAMPING = (tuple(f"{letter}_{pair}" for pair in ("xx", "xy", "yx", "yy")) for letter in "kc")
 _HZ, _RPM = "hz", "rpm"
@@ -53,7 +53,7 @@ def read_supports(path: str | os.PathLike[str]) -> list[Coefficients]:
     return [(node, np.array(own)[:, 0], np.array(own)[:, 1:]) for node, own in rows.items()]
 
 
-def with_supports(model: Model, supports: Sequence[Coefficients]) -> Model:
+def with_supports(model: FiniteElementModel, supports: Sequence[Coefficients]) -> FiniteElementModel:
     """The model with these supports: knots at all their speeds; each is constant beyond its own rows.
 
     Raises

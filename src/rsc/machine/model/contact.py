@@ -1,4 +1,4 @@
-"""From a `Model` and where it touches, is unbalanced and loaded, to the `Body` that is reduced."""
+"""From a `FiniteElementModel` and where it touches, is unbalanced and loaded, to the `Body` that is reduced."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.errors import DataError
-from rsc.machine.model.model import DISPLACEMENT, TILT, Model
+from rsc.machine.model.model import DISPLACEMENT, TILT, FiniteElementModel
 from rsc.system.body import Body
 from rsc.system.knots import ANISOTROPIC
 from rsc.units import eccentricity_of_grade
@@ -34,7 +34,7 @@ class Unbalance:
     phase: float = 0.0
 
 
-def row_at(model: Model, place: Place) -> NDArray[np.float64]:
+def row_at(model: FiniteElementModel, place: Place) -> NDArray[np.float64]:
     """Row (n,) of the displacement at a node, or between two; of two that touch, of the first less the second.
 
     Raises
@@ -55,13 +55,13 @@ def row_at(model: Model, place: Place) -> NDArray[np.float64]:
     return model.row_between(first, second, float(share))  # type: ignore[arg-type]
 
 
-def total_mass(model: Model) -> float:
+def total_mass(model: FiniteElementModel) -> float:
     """Mass of the whole body in kg."""
     moving = (model.kind == DISPLACEMENT).astype(float)
     return float(moving @ (model.mass @ moving))
 
 
-def amounts_of(model: Model, unbalances: Sequence[Unbalance], speed: float) -> list[float]:
+def amounts_of(model: FiniteElementModel, unbalances: Sequence[Unbalance], speed: float) -> list[float]:
     """Unbalances m e in kg m. A grade is e Omega in mm/s at the speed (Hz) for the mass of the whole rotor; in two planes it is
     shared as ISO 21940-11 does, in inverse proportion to their distances from the centre of mass between them.
 
@@ -81,7 +81,7 @@ def amounts_of(model: Model, unbalances: Sequence[Unbalance], speed: float) -> l
     return [next(shares) * whole if isinstance(item.amount, str) else float(item.amount) for item in unbalances]
 
 
-def _shares(model: Model, graded: Sequence[Unbalance], whole: float) -> list[float]:
+def _shares(model: FiniteElementModel, graded: Sequence[Unbalance], whole: float) -> list[float]:
     """Shares of the unbalance in kg m that a grade allows the whole rotor, in one plane or two."""
     if len(graded) == 1:
         return [1.0]
@@ -98,7 +98,7 @@ def _shares(model: Model, graded: Sequence[Unbalance], whole: float) -> list[flo
     return [second / (first + second), first / (first + second)]
 
 
-def _centre_of_mass(model: Model) -> float:
+def _centre_of_mass(model: FiniteElementModel) -> float:
     """Position in m of the centre of mass; KeyError where a node has no position."""
     pushed = model.mass @ (model.kind == DISPLACEMENT).astype(float)
     turned = [float(kind == TILT) if kind != DISPLACEMENT else model.position[node]
@@ -107,7 +107,7 @@ def _centre_of_mass(model: Model) -> float:
 
 
 def body_of(
-    model: Model,
+    model: FiniteElementModel,
     contacts: Sequence[Place],
     unbalances: Sequence[Unbalance] = (),
     loads: Sequence[tuple[int | str, complex]] = (),
@@ -119,7 +119,7 @@ def body_of(
 
     Parameters
     ----------
-    model : Model
+    model : FiniteElementModel
     contacts : sequence of Place, one at least
     unbalances : sequence of Unbalance
     loads : sequence of (node, force in N)

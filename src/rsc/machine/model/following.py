@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from rsc.errors import DataError
-from rsc.machine.model.model import Model
+from rsc.machine.model.model import FiniteElementModel
 from rsc.system.knots import FOLLOWING, Knots
 
 MOST_KNOTS = 100
@@ -15,7 +15,7 @@ _SAME = 1e-9  # of a matrix against its largest entry: what does not follow the 
 _CONSTANT = {"mass": "mass", "gyroscopic": "gyroscopic", "anisotropic_mass": "mass", "rotating_damping": "rotating damping"}
 
 
-def over_speed(models: Sequence[Model]) -> Model:
+def over_speed(models: Sequence[FiniteElementModel]) -> FiniteElementModel:
     """The model whose coefficients are those of the models at their speeds, and linear in between: that of the first with knots.
 
     Raises

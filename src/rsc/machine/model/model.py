@@ -16,7 +16,7 @@ DISPLACEMENT, TILT, OTHER = "displacement", "tilt", "other"
 
 
 @dataclass(frozen=True)
-class Model:
+class FiniteElementModel:
     """Matrices of one body in SI units, as finite elements give them.
 
     With complex coordinates z (u = x + i y, and phi = ry - i rx = u' where a node tilts) and the speed Omega in rad/s
@@ -75,7 +75,7 @@ class Model:
         """The first rotor speed in Hz that its coefficients are known at; 0 where they belong to none."""
         return float(self.knots.speed[0]) / (2.0 * np.pi) if self.knots is not None else self.speed or 0.0
 
-    def at_speed(self, speed: float) -> "Model":
+    def at_speed(self, speed: float) -> "FiniteElementModel":
         """The model as it is at a rotor speed in Hz; rotating damping becomes damping and skew stiffness."""
         Omega, model = 2.0 * np.pi * speed, self
         if self.knots is not None:

@@ -8,7 +8,7 @@ import scipy.sparse
 import scipy.sparse.linalg
 
 from rsc.errors import DataError
-from rsc.machine.model.model import Model
+from rsc.machine.model.model import FiniteElementModel
 
 FEW = 300  # coordinates up to which all modes are computed
 _STILL = 1e-6  # of an eigenvalue's size: an imaginary part that is rounding
@@ -28,12 +28,12 @@ class ModelMode(NamedTuple):
             return float(-np.float64(self.growth_rate) / abs(self.frequency))
 
 
-def slowest_modes(model: Model, speed: float, count: int) -> list[ModelMode]:
+def slowest_modes(model: FiniteElementModel, speed: float, count: int) -> list[ModelMode]:
     """The modes of `slowest_shapes` without their vectors."""
     return [mode for mode, _ in slowest_shapes(model, speed, count)]
 
 
-def slowest_shapes(model: Model, speed: float, count: int) -> list[tuple[ModelMode, Any]]:
+def slowest_shapes(model: FiniteElementModel, speed: float, count: int) -> list[tuple[ModelMode, Any]]:
     """The slowest modes of a model at a rotor speed in Hz, by the size of lambda = growth_rate + 2 pi i frequency, each with its
     vector of the n coordinates z, where directions differ of z and its conjugate (2n).
 

@@ -89,7 +89,7 @@ def congruent(matrix: Matrix, basis: FloatArray) -> NDArray[Any]:
     return 0.5 * (small + small.T)
 
 
-class Place(NamedTuple):
+class FrequencyPoint(NamedTuple):
     """A frequency and a speed, rad/s, and the inputs there, numbers of columns of `doubled_inputs`."""
 
     Psi: Any
@@ -97,7 +97,7 @@ class Place(NamedTuple):
     columns: list[int]
 
 
-Known = list[tuple[Place, ComplexArray]]  # places with the motions of the full body there
+Known = list[tuple[FrequencyPoint, ComplexArray]]  # places with the motions of the full body there
 
 
 def doubled_inputs(body: Body) -> ComplexArray:
@@ -108,7 +108,7 @@ def doubled_inputs(body: Body) -> ComplexArray:
     return np.array([np.concatenate(pair) for pair in pairs], complex).T
 
 
-def responses(body: Body, unequal: Unequal, place: Place, moved: float = 1.0) -> ComplexArray:
+def responses(body: Body, unequal: Unequal, place: FrequencyPoint, moved: float = 1.0) -> ComplexArray:
     """x and z, (2n, k), for the inputs of a place; (p, 2n, k) if it has p frequencies and the body ndarrays.
 
     moved : factor of its frequencies
@@ -138,7 +138,7 @@ def antiresonances(body: Body, unequal: Unequal, reach: float, Omega: float) -> 
     """Frequencies up to `reach` where the contact of a body of few coordinates hardly moves in either line, rad/s."""
     grid = np.linspace(0.0, reach, N_FINE)
     forces = list(range(2 * n_contacts(body)))
-    moved = np.kron(np.eye(2), body.contact) @ responses(body, unequal, Place(grid, Omega, forces))
+    moved = np.kron(np.eye(2), body.contact) @ responses(body, unequal, FrequencyPoint(grid, Omega, forces))
     size = np.abs(moved).max(axis=1)
     lowest = (size[1:-1] < size[:-2]) & (size[1:-1] < size[2:])
     return grid[1:-1][lowest.any(axis=1)]
@@ -165,7 +165,7 @@ class _Comparison:
         self.body, self.unequal = body, unequal
         self.safety, self.exact, self.scale, self.contacts = basis.safety, basis.exact, basis.scale, basis.contacts
 
-    def places(self, basis: Basis, band: tuple[float, float], speeds: tuple[float, float], offset: float) -> list[Place]:
+    def places(self, basis: Basis, band: tuple[float, float], speeds: tuple[float, float], offset: float) -> list[FrequencyPoint]:
         """Places in the band, its mirror image and at the speeds, even and where the reduced body answers most and least."""
         reach, fewer, places = max(map(abs, band)), 1 if self.exact else _SPARSER, []
         forces = 2 * self.contacts
@@ -174,15 +174,17 @@ class _Comparison:
             natural = natural_frequencies(*small, Omega) * (1.0 + BESIDE * (1.0 + offset))
             narrow = antiresonances(*small, reach, Omega) if self.exact else np.zeros(0)
             Psi = np.concatenate([between((0.0, reach), N_FREQUENCIES // fewer, offset), natural[natural < reach], narrow])
-            places += [Place(float(one), float(Omega), list(range(forces))) for one in Psi]
+            places += [FrequencyPoint(float(one), float(Omega), list(range(forces))) for one in Psi]
         last = forces + self.body.unbalance.shape[1]
         if last > forces:
             synchronous = between(speeds, N_SYNCHRONOUS // fewer, offset).tolist()
-            places += [Place(Omega, Omega, list(range(forces, last))) for Omega in synchronous]
+            places += [FrequencyPoint(Omega, Omega, list(range(forces, last))) for Omega in synchronous]
         loaded = compared_speeds(self.body, speeds, 2, offset).tolist() if self.body.knots is not None else [speeds[0]]
-        return places + [Place(0.0, Omega, [last]) for Omega in loaded if self.body.load.any()]
+        return places + [FrequencyPoint(0.0, Omega, [last]) for Omega in loaded if self.body.load.any()]
 
-    def closer(self, known: Known, shares: FloatArray, band: tuple[float, float], speeds: tuple[float, float]) -> list[Place]:
+    def closer(
+        self, known: Known, shares: FloatArray, band: tuple[float, float], speeds: tuple[float, float]
+    ) -> list[FrequencyPoint]:
         """Places ever closer to the worst ones, as `points.closer`."""
         steps, places = 0.5 ** np.arange(1, N_CLOSER + 1), []
         for i in np.argsort(shares.max(axis=1))[::-1][: N_WORST if self.exact else 1]:
@@ -190,10 +192,10 @@ class _Comparison:
             synchronous, reach = columns[0] >= 2 * self.contacts, max(map(abs, band))
             low, high, count = (*speeds, N_SYNCHRONOUS) if synchronous else (0.0, reach, N_FREQUENCIES)
             around = np.clip(Psi + (high - low) / (count - 1) * np.concatenate([-steps, steps]), low, high)
-            places += [Place(one, one if synchronous else Omega, columns) for one in around.tolist() if Psi != 0.0]
+            places += [FrequencyPoint(one, one if synchronous else Omega, columns) for one in around.tolist() if Psi != 0.0]
         return places
 
-    def solved(self, places: list[Place]) -> Known:
+    def solved(self, places: list[FrequencyPoint]) -> Known:
         """The places with the motions of the full body there."""
         return [(place, responses(self.body, self.unequal, place)) for place in places]
 

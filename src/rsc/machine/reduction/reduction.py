@@ -13,7 +13,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from rsc.errors import ReductionError
-from rsc.machine.model.model import Model
+from rsc.machine.model.model import FiniteElementModel
 from rsc.machine.reduction.body import FloatArray, checked, highest_frequency, n_contacts, projected
 from rsc.machine.reduction.greedy import Basis, unmet
 from rsc.machine.reduction.points import Points, closer, points
@@ -60,7 +60,7 @@ class Reduced:
     highest_before: float  # rad/s, undamped natural frequency at standstill
     highest_after: float
     error: float  # largest of the checks at the contact
-    model: Model | None = None  # of a scene: the machine as it was read, with its bearings
+    model: FiniteElementModel | None = None  # of a scene: the machine as it was read, with its bearings
 
     def recover(self, displacements: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Displacements, or velocities, (..., r) of the reduced body -> (..., n) of the full one."""

@@ -1,4 +1,4 @@
-"""From a shaft and the places of its nodes to a `Model`."""
+"""From a shaft and the places of its nodes to a `FiniteElementModel`."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -11,7 +11,7 @@ import scipy.linalg
 from rsc.errors import DataError
 from rsc.machine.imports.bearings import Bearing, with_bearings
 from rsc.machine.imports.supports import Coefficients, with_supports
-from rsc.machine.model.model import DISPLACEMENT, TILT, Model
+from rsc.machine.model.model import DISPLACEMENT, TILT, FiniteElementModel
 from rsc.machine.shaft.element import element
 from rsc.machine.shaft.parts import Shaft
 
@@ -19,7 +19,7 @@ MOST_NODES = 1000
 _FULL = ("mass", "damping", "gyroscopic", "stiffness")
 
 
-def model_of(shaft: Shaft, nodes: Sequence[float], source: str) -> Model:
+def model_of(shaft: Shaft, nodes: Sequence[float], source: str) -> FiniteElementModel:
     """The model of a shaft with its bearings.
 
     Parameters
@@ -50,7 +50,7 @@ def nearest(nodes: Sequence[float], place: float) -> int:
     return int(np.abs(np.asarray(nodes) - place).argmin())
 
 
-def bare_model(shaft: Shaft, nodes: Sequence[float], source: str = "shaft") -> Model:
+def bare_model(shaft: Shaft, nodes: Sequence[float], source: str = "shaft") -> FiniteElementModel:
     """The shaft with its disks and tilting springs, free where only bearings hold it; deflection and slope of every node."""
     n = 2 * len(nodes)
     mass, stiffness, gyroscopic, own_mass = (np.zeros((n, n)) for _ in range(4))
@@ -73,7 +73,7 @@ def bare_model(shaft: Shaft, nodes: Sequence[float], source: str = "shaft") -> M
         damping[i, i] += support.tilt_damping
     at = {node: float(place) for node, place in enumerate(nodes)}
     named = [*((one.name, one.place) for one in shaft.supports), *((disk.name, disk.place) for disk in shaft.disks)]
-    return Model(
+    return FiniteElementModel(
         source=source,
         node=np.repeat(np.arange(len(nodes)), 2),
         kind=np.array([DISPLACEMENT, TILT] * len(nodes)),
@@ -95,7 +95,7 @@ def _busy(shaft: Shaft, nodes: Sequence[float]) -> set[int]:
     return {nearest(nodes, place) for place in (*(one.place for one in shaft.supports), *shaft.places.values())}
 
 
-def _condensed(model: Model, busy: set[int]) -> Model:
+def _condensed(model: FiniteElementModel, busy: set[int]) -> FiniteElementModel:
     """The model without its massless coordinates, but for displacements of busy nodes: they follow the others as in statics.
 
     x_m = -K_mm^-1 K_mk x_k, and every matrix becomes T^T (...) T with both together.

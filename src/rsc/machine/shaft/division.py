@@ -7,7 +7,7 @@ import numpy as np
 import scipy.linalg
 
 from rsc.errors import DataError
-from rsc.machine.model.model import Model
+from rsc.machine.model.model import FiniteElementModel
 from rsc.machine.shaft.assembly import MOST_NODES, model_of
 from rsc.machine.shaft.parts import Section, Shaft
 
@@ -20,7 +20,7 @@ class Divided(NamedTuple):
     """model; change: the largest relative one of its `modes` lowest natural frequencies, undamped and at rest, when every element
     is halved; nodes: their places in m."""
 
-    model: Model
+    model: FiniteElementModel
     nodes: tuple[float, ...]
     change: float
     modes: int
@@ -82,14 +82,14 @@ def _nodes(shaft: Shaft, numbers: list[int], source: str) -> list[float]:
     return [float(place) for (a, b), number in pairs for place in np.linspace(a, b, number + 1)[:-1]] + [shaft.stations[-1]]
 
 
-def _change(model: Model, fine: Model, top: float) -> tuple[float, int]:
+def _change(model: FiniteElementModel, fine: FiniteElementModel, top: float) -> tuple[float, int]:
     """Largest relative change of the natural frequencies up to `top` in Hz, at least `LEAST_MODES`, and how many they are."""
     own, other = (natural_frequencies(each) for each in (model, fine))
     count = min(max(LEAST_MODES, int(np.sum(other <= top))), len(own), len(other))
     return float(np.max(np.abs(other[:count] / own[:count] - 1.0), initial=0.0)), count
 
 
-def natural_frequencies(model: Model) -> Any:
+def natural_frequencies(model: FiniteElementModel) -> Any:
     """Undamped natural frequencies at rest in Hz, rising, with the mean stiffness of both directions."""
     compliance = scipy.linalg.eigh(model.mass, model.stiffness, eigvals_only=True)[::-1]
     return 1.0 / (2.0 * np.pi * np.sqrt(compliance[compliance > 1e-14 * compliance[0]]))

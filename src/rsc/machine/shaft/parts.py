@@ -87,7 +87,7 @@ class Support:
     name: str = ""
 
 
-class Placed(NamedTuple):
+class PlacedSection(NamedTuple):
     """A section between two places, in m from the left end of the shaft."""
 
     start: float
@@ -124,10 +124,10 @@ class Shaft:
         return self.ends[-1]
 
     @property
-    def placed(self) -> list[Placed]:
+    def placed(self) -> list[PlacedSection]:
         """Sections from the left end on, then sleeves."""
-        own = [Placed(a, b, section) for section, (a, b) in zip(self.sections, pairwise(self.ends), strict=True)]
-        return own + [Placed(start, start + sleeve.length, sleeve) for start, sleeve in self.sleeves]
+        own = [PlacedSection(a, b, section) for section, (a, b) in zip(self.sections, pairwise(self.ends), strict=True)]
+        return own + [PlacedSection(start, start + sleeve.length, sleeve) for start, sleeve in self.sleeves]
 
     @property
     def stations(self) -> list[float]:

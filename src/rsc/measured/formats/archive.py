@@ -9,7 +9,7 @@ from rsc.files.memory import Memory, TooLarge
 from rsc.machine.formats import npz
 from rsc.machine.formats.entries import BadMatrix
 from rsc.measured.channel import Channel, NoColumns, Recording
-from rsc.measured.formats.arrays import Place, channels_of, column
+from rsc.measured.formats.arrays import ArrayChannel, channels_of, column
 
 MAGIC = npz.MAGIC_ZIP, npz.MAGIC_ARRAY
 _ALONE = "array"  # name of the array of a .npy file, for messages; its columns are called by their numbers
@@ -26,7 +26,7 @@ def open_archive(content: bytes) -> Recording:
         shape = npz.shape_of(content)
         if shape is None or len(shape) != 2:
             raise NoColumns("is a single array without columns of numbers; keep each column by its name in a .npz file")
-        places = [Place("", shape, i) for i in range(min(shape))]
+        places = [ArrayChannel("", shape, i) for i in range(min(shape))]
     else:
         places = [place for name, shape in _shapes(content).items() if shape for place in channels_of(name, shape)]
 

@@ -10,7 +10,7 @@ from rsc.measured.channel import MOST_COLUMNS
 LEAST = 2  # numbers, below which an array is a single value
 
 
-class Place(NamedTuple):
+class ArrayChannel(NamedTuple):
     """A channel in an array: its name, its shape, and which of its columns it is, None where it has only one."""
 
     name: str
@@ -31,17 +31,17 @@ class Place(NamedTuple):
         return max(self.shape)
 
 
-def channels_of(name: str, shape: tuple[int, ...], join: str = ".") -> list[Place]:
+def channels_of(name: str, shape: tuple[int, ...], join: str = ".") -> list[ArrayChannel]:
     """The channels of an array; none of a single value, of more than two axes, or of two that are both long."""
     long = [length for length in shape if length != 1]
     if len(shape) > 2 or not long or max(long) < LEAST:
         return []
     if len(long) == 1:
-        return [Place(name, shape, join=join)]
-    return [Place(name, shape, i, join) for i in range(min(long))] if min(long) <= MOST_COLUMNS else []
+        return [ArrayChannel(name, shape, join=join)]
+    return [ArrayChannel(name, shape, i, join) for i in range(min(long))] if min(long) <= MOST_COLUMNS else []
 
 
-def column(array: Any, place: Place) -> NDArray[np.float64]:
+def column(array: Any, place: ArrayChannel) -> NDArray[np.float64]:
     """The numbers of a channel from its array."""
     if place.column is None:
         return np.asarray(array, dtype=float).reshape(-1)

@@ -15,7 +15,7 @@ from rsc.errors import one_line
 from rsc.files import gate
 from rsc.files.memory import Memory, TooLarge
 from rsc.measured.channel import Channel, NoColumns, Recording
-from rsc.measured.formats.arrays import Place, channels_of, column
+from rsc.measured.formats.arrays import ArrayChannel, channels_of, column
 from rsc.measured.formats.mat import RATES, STEPS, plain, told_of
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
@@ -35,7 +35,7 @@ def open_hdf5(content: bytes) -> Recording:
     """Its arrays as channels, called "group/array", those of a MAT-file "struct.field"."""
     join = "/" if content.startswith(MAGIC) else "."
     channels: list[Channel] = []
-    places: list[Place] = []
+    places: list[ArrayChannel] = []
     paths: list[str] = []
     scalars: dict[str, float] = {}
     with _opened(content) as file:
@@ -79,7 +79,7 @@ def _holds_numbers(member: Any) -> bool:
     return numbers and gate.short_attribute(member, "MATLAB_class") not in (b"char", b"logical", b"cell")
 
 
-def _channel(place: Place, data: Any) -> Channel:
+def _channel(place: ArrayChannel, data: Any) -> Channel:
     unit = next((text for key in _UNITS if (text := gate.text_attribute(data, key))), "")
     interval = next((value for key in _INTERVALS if (value := _number(data, key)) is not None), None)
     start = next((value for key in _STARTS if (value := _number(data, key)) is not None), None)

@@ -8,7 +8,7 @@ import re
 from typing import Any
 
 from rsc.measured.channel import NoColumns, Recording
-from rsc.measured.formats.rows import NUMBER, Form
+from rsc.measured.formats.rows import NUMBER, RowForm
 from rsc.measured.formats.text import as_ascii, decoded, recording
 from rsc.measured.stated import seconds_of
 
@@ -38,7 +38,7 @@ def open_lvm(content: bytes) -> Recording:
     names, begin = _names(content, begin, separator)
     columns = _value(outer, "X_Columns", "One")
     comma = _value(outer, "Decimal_Separator", ".") == ","
-    form = Form(separator, len(names), comma, longer=True)
+    form = RowForm(separator, len(names), comma, longer=True)
     whole = recording(content, begin, form, [names], _units(own, names, columns), _clock(own, names, columns))
     return Recording(whole.channels, whole.read, _told(own, columns))
 

@@ -15,7 +15,7 @@ from rsc.files import memory as cap
 from rsc.files.mat5 import MatError, read_mat5
 from rsc.files.memory import Memory
 from rsc.measured.channel import Channel, NoColumns, Recording
-from rsc.measured.formats.arrays import LEAST, Place, channels_of, column
+from rsc.measured.formats.arrays import LEAST, ArrayChannel, channels_of, column
 
 Arrays: TypeAlias = dict[str, tuple[tuple[int, ...], Callable[[], Any]]]  # name -> shape, what reads it
 
@@ -75,7 +75,7 @@ def _dense(read: Callable[[], Any], name: str) -> Any:
     return array
 
 
-def _channel(place: Place, arrays: Arrays) -> Channel:
+def _channel(place: ArrayChannel, arrays: Arrays) -> Channel:
     """A channel with the start and the interval that its struct says."""
     before, values, _ = place.name.rpartition(_VALUES)
     start = _scalar(arrays, f"{before}{_AXIS}start_value") if values else None

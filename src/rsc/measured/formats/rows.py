@@ -18,7 +18,7 @@ LONGEST_LINE = 20_000
 _BAD = re.compile(r"could not convert string (?P<text>.*) to float64 at row (?P<row>\d+), column (?P<column>\d+)", re.DOTALL)
 
 
-class Form(NamedTuple):
+class RowForm(NamedTuple):
     """How rows are written: what parts their fields, how many these are, whether decimals stand behind a comma, whether fields
     may stand in quotation marks, and whether a row may have more fields (a comment)."""
 
@@ -50,20 +50,20 @@ def numbers_in(line: str, parted: str) -> tuple[bool, ...]:
     return tuple(NUMBER.fullmatch(field) is not None for field in cells)
 
 
-def form_of(lines: list[str], parted: str) -> Form:
+def form_of(lines: list[str], parted: str) -> RowForm:
     """How the rows are written of which these are the first."""
     cells = [fields(line, parted) for line in lines]
     comma = any("," in cell for row in cells for cell in row if NUMBER.fullmatch(cell))
-    return Form(parted, len(cells[0]), comma, '"' in lines[0])
+    return RowForm(parted, len(cells[0]), comma, '"' in lines[0])
 
 
-def columns_of(body: bytes, form: Form, columns: list[int]) -> list[NDArray[np.float64]]:
+def columns_of(body: bytes, form: RowForm, columns: list[int]) -> list[NDArray[np.float64]]:
     """The numbers of some columns of rows.
 
     Parameters
     ----------
     body : bytes, lines of rows alone, in an encoding in which ASCII is ASCII
-    form : Form
+    form : RowForm
     columns : their numbers from 0, in rising order, each once
     """
     if form.quoted and b'"' in body:
@@ -86,7 +86,7 @@ def columns_of(body: bytes, form: Form, columns: list[int]) -> list[NDArray[np.f
     return [data[:, i] for i in range(len(columns))]
 
 
-def _refuse_other_widths(body: bytes, form: Form) -> None:
+def _refuse_other_widths(body: bytes, form: RowForm) -> None:
     """Refuse rows of more or fewer fields than the first has: a decimal comma among commas would shift all columns behind it."""
     if form.parted == " " or form.longer:
         return
@@ -103,7 +103,7 @@ def _refuse_other_widths(body: bytes, form: Form) -> None:
             )
 
 
-def _unquoted(body: bytes, form: Form) -> bytes:
+def _unquoted(body: bytes, form: RowForm) -> bytes:
     """The rows with their fields parted by semicolons, out of their quotation marks and with decimal points."""
 
     def lines() -> Iterator[str]:

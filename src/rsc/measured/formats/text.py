@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from rsc.files.memory import Memory
 from rsc.measured.channel import Channel, NoColumns, Recording
-from rsc.measured.formats.rows import LONGEST_LINE, NUMBER, PARTED, Form, columns_of, fields, form_of, numbers_in
+from rsc.measured.formats.rows import LONGEST_LINE, NUMBER, PARTED, RowForm, columns_of, fields, form_of, numbers_in
 from rsc.measured.stated import bare, meaning, parted
 
 _HEAD_LINES = 200  # in which the first line of numbers must stand
@@ -24,7 +24,7 @@ class Head(NamedTuple):
     """Where the first row begins in the bytes, how it is written, and the lines before it."""
 
     begin: int
-    form: Form
+    form: RowForm
     lines: list[str]
 
 
@@ -39,7 +39,7 @@ def open_text(content: bytes) -> Recording:
 def recording(
     content: bytes,
     begin: int,
-    form: Form,
+    form: RowForm,
     names: Sequence[Sequence[str]],
     units: Sequence[str],
     more: dict[int, dict[str, Any]] | None = None,
@@ -139,7 +139,7 @@ def _counts(line: str, following: list[str], how: str) -> bool:
     return not all(field.isdigit() for one in following for field in fields(one, how))
 
 
-def _names(lines: list[str], form: Form) -> tuple[list[list[str]], list[str]]:
+def _names(lines: list[str], form: RowForm) -> tuple[list[list[str]], list[str]]:
     """Rows of names, that next to the numbers first, and the units of the columns, from the lines before the numbers."""
     rows = [row for row in (_row(line, form) for line in lines) if row][::-1]
     units = next((row for row in rows[:_UNIT_ROWS] if _are_units(row)), None) if len(rows) > 1 else None
@@ -147,7 +147,7 @@ def _names(lines: list[str], form: Form) -> tuple[list[list[str]], list[str]]:
     return names, [bare(unit) if not _NO_UNIT.fullmatch(unit) else "" for unit in units or []]
 
 
-def _row(line: str, form: Form) -> list[str]:
+def _row(line: str, form: RowForm) -> list[str]:
     """The fields of a line of names, as many as a row has; empty where it is none."""
     for text in dict.fromkeys((_COMMENT.sub("", line, count=1), line)):
         row = fields(text, form.parted)

@@ -1,6 +1,6 @@
 """`supports_by_speed`: bearings and seals of a rotor whose coefficients follow its speed, from knot to knot."""
 
-from rsc.scene.keys.keys import MAX_COORDINATES, Integer, Later, Listed, Number, Sequence, Table, as_list, per_coordinate
+from rsc.scene.keys.keys import MAX_COORDINATES, Integer, Later, Listed, Number, RawTable, Sequence, as_list, per_coordinate
 
 SPEED = Number("frequency", low=-1e6, high=1e6)
 _FOUR = Sequence(Number("stiffness")), Sequence(Number("damping"))
@@ -13,7 +13,7 @@ MEANING = "Bearings and seals whose coefficients follow the rotor speed: linear 
 _LEAST = "a list of at least two knots [speed, stiffness, damping]"
 
 
-def read_by_speed(table: Table, raw: object, body):
+def read_by_speed(table: RawTable, raw: object, body):
     """((coordinate, ((speed, four stiffnesses, four dampings), ...)), ...) of `supports_by_speed`, speeds in Hz.
 
     Raises

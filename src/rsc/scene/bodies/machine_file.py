@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from rsc.errors import DataError, one_line
 from rsc.scene.bodies.reduced import AMOUNT, BEARINGS, MachineRotor, MachineStator
-from rsc.scene.keys.keys import Number, PairReader, Table, as_list, per_coordinate, read_table
+from rsc.scene.keys.keys import Number, PairReader, RawTable, as_list, per_coordinate, read_table
 from rsc.units import DIMENSIONS
 
 
@@ -20,7 +20,7 @@ class Machine(NamedTuple):
     observers: list[Any]
 
 
-def machine_of_file(table: Table, elsewhere: Any, nodes: Sequence[Any]) -> Machine:
+def machine_of_file(table: RawTable, elsewhere: Any, nodes: Sequence[Any]) -> Machine:
     """The machine of a table that names a file; nodes: of clearances, observed as well.
 
     Raises
@@ -51,7 +51,7 @@ def machine_of_file(table: Table, elsewhere: Any, nodes: Sequence[Any]) -> Machi
     return Machine(model, origin, "file", values["file"], at_nodes, observers)
 
 
-def _observers(table: Table, raw: object, nodes: Sequence[Any]) -> list[Any]:
+def _observers(table: RawTable, raw: object, nodes: Sequence[Any]) -> list[Any]:
     """The observed nodes of a body, with those of clearances behind them."""
     observers = as_list(raw)
     if observers is None:
@@ -62,7 +62,7 @@ def _observers(table: Table, raw: object, nodes: Sequence[Any]) -> list[Any]:
     return observers
 
 
-def place_of(table: Table, raw: object, key: str = "contact") -> Any:
+def place_of(table: RawTable, raw: object, key: str = "contact") -> Any:
     if isinstance(raw, Mapping) and key == "contact" and table.name == "rotor":
         if set(raw) != {"node", "against"}:
             table.refuse(key, dict(raw), "{node = ..., against = ...}, two nodes that touch each other")
@@ -77,7 +77,7 @@ def place_of(table: Table, raw: object, key: str = "contact") -> Any:
     return parts
 
 
-def _with_bearings(table: Table, model: Any, raw: object) -> Any:
+def _with_bearings(table: RawTable, model: Any, raw: object) -> Any:
     """The model with the bearings of the scene."""
     from rsc.machine.imports.bearings import Bearing, with_bearings
 
@@ -97,7 +97,7 @@ def _with_bearings(table: Table, model: Any, raw: object) -> Any:
         table.refuse("bearings", raw, "bearings at nodes of the model that hold it", error.problem)
 
 
-def coefficients_of(table: Table, key: str, raw: Any, unit: str) -> Any:
+def coefficients_of(table: RawTable, key: str, raw: Any, unit: str) -> Any:
     """[xx, xy, yx, yy] of one number, the same in every direction, or of four."""
     if as_list(raw) is None:
         value = Number(unit).read(table, key, raw)
@@ -107,13 +107,13 @@ def coefficients_of(table: Table, key: str, raw: Any, unit: str) -> Any:
     return per_coordinate(table, key, raw, [Number(unit)] * 4)
 
 
-def _node(table: Table, key: str, raw: Any) -> Any:
+def _node(table: RawTable, key: str, raw: Any) -> Any:
     if isinstance(raw, bool) or not isinstance(raw, (int, str)):
         table.refuse(key, raw, "a node, number or name")
     return raw
 
 
-def _at_nodes(table: Table, values: Mapping[str, Any]) -> dict[str, Any]:
+def _at_nodes(table: RawTable, values: Mapping[str, Any]) -> dict[str, Any]:
     """Unbalances, loads and gravity of a rotor."""
     from rsc.machine.model.contact import Unbalance
 
@@ -132,7 +132,7 @@ def _at_nodes(table: Table, values: Mapping[str, Any]) -> dict[str, Any]:
     return {"unbalances": unbalances, "loads": loads, "gravity": values["gravity"] or 0.0}
 
 
-def amount_at(table: Table, key: str, raw: object) -> float | str:
+def amount_at(table: RawTable, key: str, raw: object) -> float | str:
     """kg m, or the text of a balance grade."""
     if isinstance(raw, str) and raw.strip().startswith("G"):
         return raw

@@ -10,7 +10,7 @@ import numpy as np
 from rsc.errors import DataError, ReductionError, one_line, shown
 from rsc.scene.bodies.machine_file import Machine, place_of
 from rsc.scene.bodies.reduced import Reduction
-from rsc.scene.keys.keys import Number, Table, as_list, read_table
+from rsc.scene.keys.keys import Number, RawTable, as_list, read_table
 from rsc.system.knots import ANISOTROPIC, FOLLOWING
 
 # of the highest speed, backward and forward, and the least in Hz: impacts of the contact move the rotor faster than a whirl
@@ -19,12 +19,12 @@ BAND, LEAST_BAND = (-12.0, 6.0), (-500.0, 250.0)
 REAL = tuple(name for name in FOLLOWING if name not in ANISOTROPIC)
 
 
-def is_machine(table: Table) -> bool:
+def is_machine(table: RawTable) -> bool:
     """Whether a table is of model "machine", or of "shaft", which becomes one."""
     return table.values.get("model") in ("machine", "shaft")
 
 
-def read_reduction(table: Table, elsewhere: Any, fastest: float) -> tuple[float, tuple[float, float]]:
+def read_reduction(table: RawTable, elsewhere: Any, fastest: float) -> tuple[float, tuple[float, float]]:
     """Tolerance and band (Hz) of [reduction], for a rotor of a fastest speed in Hz."""
     values = read_table(Reduction, table, elsewhere)
     tolerance, wanted = values["tolerance"], values["band"]
@@ -40,7 +40,7 @@ def read_reduction(table: Table, elsewhere: Any, fastest: float) -> tuple[float,
     return tolerance, (low, high)
 
 
-def places_of(body: Table, contacts: Sequence[Table]) -> list[Any]:
+def places_of(body: RawTable, contacts: Sequence[RawTable]) -> list[Any]:
     """The places of a machine that touch, each once, as they stand in the file: the `rotor_node` of every contact, or the one
     `contact` of the body. The displacements there become its first coordinates.
 
@@ -68,7 +68,7 @@ def places_of(body: Table, contacts: Sequence[Table]) -> list[Any]:
     return list({one_line(table.values[key]): table.values[key] for table in named}.values())
 
 
-def with_coordinates(contacts: Sequence[Table], name: str, places: Sequence[Any]) -> list[Table]:
+def with_coordinates(contacts: Sequence[RawTable], name: str, places: Sequence[Any]) -> list[RawTable]:
     """The tables of contacts with coordinates of the reduced body "rotor" or "stator" in the place of nodes."""
     key, known = f"{name}_node", [one_line(place) for place in places]
     made = []
@@ -76,16 +76,16 @@ def with_coordinates(contacts: Sequence[Table], name: str, places: Sequence[Any]
         values = {other: value for other, value in table.values.items() if other != key}
         if key in table.values:
             values[f"{name}_coordinate"] = known.index(one_line(table.values[key]))
-        made.append(Table(table.file, table.name, values, table.folder))
+        made.append(RawTable(table.file, table.name, values, table.folder))
     return made
 
 
 def reduced(
-    table: Table,
+    table: RawTable,
     machine: Machine,
     reduction: tuple[float, tuple[float, float], tuple[float, float]],
     touching: Sequence[Any],
-) -> tuple[Table, Any]:
+) -> tuple[RawTable, Any]:
     """The table of the reduced body, and the `rsc.machine.reduction.reduction.Reduced`.
 
     touching: places of its contacts.
@@ -130,7 +130,7 @@ def reduced(
     }
     if model.speed is not None:
         content["coefficients_at"] = model.speed
-    return Table(table.file, table.name, content, table.folder), replace(result, model=model)
+    return RawTable(table.file, table.name, content, table.folder), replace(result, model=model)
 
 
 def only_or_all(places: Sequence[Any]) -> Any:

@@ -13,7 +13,7 @@ from rsc.machine.shaft.parts import SAME_PLACE, Disk, Material, Section, Shaft, 
 from rsc.scene.bodies.bearing_table import read_bearing_table
 from rsc.scene.bodies.machine_file import Machine, amount_at, coefficients_of
 from rsc.scene.bodies.shaft_keys import MATERIAL, MATERIALS, PLACE, MaterialKeys, ShaftRotor, ShaftStator, UnbalanceKeys
-from rsc.scene.keys.keys import Number, Table, as_list, per_coordinate, read_table
+from rsc.scene.keys.keys import Number, RawTable, as_list, per_coordinate, read_table
 from rsc.scene.keys.nested import Item, Tables
 from rsc.units import QuantityError, eccentricity_of_grade, quantity
 
@@ -28,7 +28,7 @@ class Stations:
         With these places.
     """
 
-    def __init__(self, table: Table, elsewhere: Any) -> None:
+    def __init__(self, table: RawTable, elsewhere: Any) -> None:
         self.table = table
         self.values = read_table(ShaftRotor if table.name == "rotor" else ShaftStator, table, elsewhere)
         values, material = self.values, _material(table, self.values["material"])
@@ -47,7 +47,7 @@ class Stations:
         self.shaft = replace(self.shaft, disks=disks, supports=supports)
         _refuse_overlap(values["disks"], self.shaft)
 
-    def node(self, table: Table, key: str, raw: Any) -> str:
+    def node(self, table: RawTable, key: str, raw: Any) -> str:
         """The name of the node at a place of a table of contacts, loads and so on; from now on it is one."""
         place = self._place(table, key, raw)
         name = raw if isinstance(raw, str) else f"{place:.6g} m"
@@ -74,7 +74,7 @@ class Stations:
             self._known[name] = place
         return place
 
-    def _place(self, table: Table, key: str, raw: Any) -> float:
+    def _place(self, table: RawTable, key: str, raw: Any) -> float:
         """m from the left end."""
         length = self.shaft.length
         if isinstance(raw, Mapping):
@@ -92,7 +92,7 @@ class Stations:
             table.refuse(key, raw, f"on the shaft, 0 to {length:g} m from its left end")
         return min(max(place, 0.0), length)
 
-    def _from_section(self, table: Table, key: str, raw: Mapping[str, Any]) -> float:
+    def _from_section(self, table: RawTable, key: str, raw: Mapping[str, Any]) -> float:
         ends = [end for end in _FROM if end in raw]
         if len(ends) != 1 or set(raw) != {"section", *ends}:
             table.refuse(key, dict(raw), PLACE.wanted)
@@ -140,14 +140,14 @@ class Stations:
         return [Unbalance(name, amount_at(own.table, "amount", own.values["amount"]), own.values["angle"]) for name, own in named]
 
 
-def _listed(table: Table, values: Mapping[str, Any]) -> list[Any]:
+def _listed(table: RawTable, values: Mapping[str, Any]) -> list[Any]:
     observers = as_list(values["observers"])
     if observers is None:
         table.refuse("observers", values["observers"], "a list of places")
     return observers
 
 
-def _grade(table: Table, key: str, raw: str) -> float:
+def _grade(table: RawTable, key: str, raw: str) -> float:
     """Distance in m of the centre of mass by a balance grade at the largest speed of the drive."""
     grade = eccentricity_of_grade(raw, table.fastest)
     if grade is None:
@@ -156,19 +156,19 @@ def _grade(table: Table, key: str, raw: str) -> float:
     return grade
 
 
-def _rayleigh(table: Table, raw: Any) -> tuple[float, float]:
+def _rayleigh(table: RawTable, raw: Any) -> tuple[float, float]:
     if raw is None:
         return 0.0, 0.0
     alpha, beta = per_coordinate(table, "rayleigh", raw, (Number("rate", low=0.0), Number("time", low=0.0)))
     return alpha, beta
 
 
-def _material(table: Table, raw: Any, default: Material | None = None) -> Material:
+def _material(table: RawTable, raw: Any, default: Material | None = None) -> Material:
     """A material by name or by its numbers."""
     if raw is None and default is not None:
         return default
     if isinstance(raw, Mapping):
-        values = read_table(MaterialKeys, Table(table.file, f"{table.name}.material", raw))
+        values = read_table(MaterialKeys, RawTable(table.file, f"{table.name}.material", raw))
         return Material(values["density"], values["youngs_modulus"], values["poisson"])
     if not isinstance(raw, str) or raw not in MATERIALS:
         table.refuse("material", raw, MATERIAL.wanted)

@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rsc.scene.bodies.shafts import Stations
-from rsc.scene.keys.keys import Table
+from rsc.scene.keys.keys import RawTable
 
 KEYS = {"rotor": "at", "stator": "stator_at"}
 
 
-def with_nodes(tables: Sequence[Table], name: str, stations: Stations) -> list[Table]:
+def with_nodes(tables: Sequence[RawTable], name: str, stations: Stations) -> list[RawTable]:
     """The tables with nodes of the shaft "rotor" or "stator" in the place of places along it.
 
     A contact has the diameter of the shaft there, or of the disk, unless it names one.
@@ -30,12 +30,12 @@ def with_nodes(tables: Sequence[Table], name: str, stations: Stations) -> list[T
             values[node] = stations.node(table, key, table.values[key])
             if name == "rotor" and table.name.startswith("contact"):
                 values.setdefault("diameter", stations.shaft.diameter_at(stations.shaft.places[values[node]]))
-            table = Table(table.file, table.name, values, table.folder)
+            table = RawTable(table.file, table.name, values, table.folder)
         made.append(table)
     return made
 
 
-def refuse_stations(table: Table, values: Mapping[str, Any]) -> None:
+def refuse_stations(table: RawTable, values: Mapping[str, Any]) -> None:
     """Refuse a place along a body that is no shaft, in whose place there would be a node by now."""
     for name, key in KEYS.items():
         if values[key] is not None:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from itertools import combinations
 from typing import Any, NamedTuple, TypeVar
 
-from rsc.scene.keys.keys import OPTIONAL, Table, Values, known_keys
+from rsc.scene.keys.keys import OPTIONAL, RawTable, Values, known_keys
 
 _Section = TypeVar("_Section", bound=type[Any])
 
@@ -42,7 +42,7 @@ def declared_in(section: _Section) -> _Section:
     return section
 
 
-def form_of(forms: Sequence[Form], table: Table, values: Values) -> Form:
+def form_of(forms: Sequence[Form], table: RawTable, values: Values) -> Form:
     """The form of a table: of those that may have all keys that are given the one that lacks least.
 
     Raises

@@ -22,7 +22,7 @@ MAX_COORDINATES = 1000
 LONGEST_NAME = 40
 
 
-class Table:
+class RawTable:
     """One table of a scene being read, with refusals that name file and key.
 
     Parameters
@@ -118,7 +118,7 @@ def read_table(section, table, elsewhere=None):
         Dataclass whose fields were made by `declare`; an optional attribute ``one_of`` lists groups
         ``(names, default)`` of keys that exclude each other; default is None (one must be given), OPTIONAL or
         (name, value); ``renamed`` has pairs (key of an earlier version, its present name).
-    table : Table
+    table : RawTable
         The raw table.
     elsewhere : callable, optional
         ``elsewhere(key) -> str`` names where an unknown key would be right ("" if nowhere).

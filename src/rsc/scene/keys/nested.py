@@ -4,14 +4,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from rsc.scene.keys.keys import MAX_COORDINATES, Number, Table, as_list, known_keys, read_table
+from rsc.scene.keys.keys import MAX_COORDINATES, Number, RawTable, as_list, known_keys, read_table
 from rsc.units import DIMENSIONS
 
 
 class Item(NamedTuple):
     """One table of a list, and the values of its keys."""
 
-    table: Table
+    table: RawTable
     values: dict[str, Any]
 
 
@@ -27,7 +27,7 @@ class Tables:
         """The allowed form in words."""
         return f"a list of tables {{{', '.join(known_keys(self.section))}}}"
 
-    def read(self, table: Table, key: str, raw: object) -> tuple[Item, ...]:
+    def read(self, table: RawTable, key: str, raw: object) -> tuple[Item, ...]:
         """Every table with its values, as `read_table` gives them."""
         parts = as_list(raw)
         if parts is None or not self.least <= len(parts) <= MAX_COORDINATES:
@@ -36,7 +36,7 @@ class Tables:
         for i, values in enumerate(parts):
             if not isinstance(values, Mapping):
                 table.refuse(f"{key}[{i}]", values, f"a table {{{', '.join(known_keys(self.section))}}}")
-            own = Table(table.file, f"{table.name}.{key}[{i}]", values, table.folder)
+            own = RawTable(table.file, f"{table.name}.{key}[{i}]", values, table.folder)
             own.fastest = table.fastest
             read.append(Item(own, read_table(self.section, own)))
         return tuple(read)
@@ -53,7 +53,7 @@ class Ends:
         """The allowed forms in words."""
         return f"{self.item.wanted}, or two of a cone, [left, right]"
 
-    def read(self, table: Table, key: str, raw: object) -> tuple[float, float]:
+    def read(self, table: RawTable, key: str, raw: object) -> tuple[float, float]:
         """The numbers at the left and at the right end."""
         parts = as_list(raw)
         if parts is None:

@@ -16,7 +16,7 @@ from rsc.scene.keys.keys import (
     Integer,
     Name,
     Number,
-    Table,
+    RawTable,
     as_list,
     declare,
     plain_section,
@@ -57,7 +57,7 @@ class Clearance:
         return content
 
 
-def clearance_tables(mapping: Mapping[str, Any], file: str, folder: Path | None) -> list[Table]:
+def clearance_tables(mapping: Mapping[str, Any], file: str, folder: Path | None) -> list[RawTable]:
     """The tables [[clearance]] of a scene."""
     content = as_list(mapping.get(KEY, []))
     if content is None or len(content) > MAX_CLEARANCES:
@@ -68,16 +68,16 @@ def clearance_tables(mapping: Mapping[str, Any], file: str, folder: Path | None)
             raise SceneError(file, f"{KEY}[{i}]", shown(values), f"a table [[{KEY}]]")
         name = values.get("name")
         known = isinstance(name, str) and re.fullmatch(Name.pattern, name)
-        tables.append(Table(file, f"{KEY}.{name}" if known else f"{KEY}[{i}]", values, folder))
+        tables.append(RawTable(file, f"{KEY}.{name}" if known else f"{KEY}[{i}]", values, folder))
     return tables
 
 
-def nodes_of(tables: Sequence[Table], body: str) -> list[Any]:
+def nodes_of(tables: Sequence[RawTable], body: str) -> list[Any]:
     """The nodes of "rotor" or "stator" that clearances name, as they stand in the file."""
     return [table.values[f"{body}_node"] for table in tables if f"{body}_node" in table.values]
 
 
-def read_clearances(tables: Sequence[Table], elsewhere: Any, rotor: Any, stator: Any) -> tuple[Clearance, ...]:
+def read_clearances(tables: Sequence[RawTable], elsewhere: Any, rotor: Any, stator: Any) -> tuple[Clearance, ...]:
     """Read [[clearance]], each place checked against its body."""
     clearances: list[Clearance] = []
     for table in tables:
@@ -91,7 +91,7 @@ def read_clearances(tables: Sequence[Table], elsewhere: Any, rotor: Any, stator:
     return tuple(clearances)
 
 
-def _refuse_place(table: Table, values: dict[str, Any], name: str, body: Any) -> None:
+def _refuse_place(table: RawTable, values: dict[str, Any], name: str, body: Any) -> None:
     """Refuse a place that a body does not have; a node becomes the name of its observer."""
     i, node = values[f"{name}_coordinate"], values[f"{name}_node"]
     if i is not None:

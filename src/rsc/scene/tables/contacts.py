@@ -24,7 +24,7 @@ from rsc.scene.keys.keys import (
     PairReader,
     Polar,
     PolarReader,
-    Table,
+    RawTable,
     as_list,
     declare,
     plain,
@@ -247,7 +247,7 @@ def touches_itself(mapping: Mapping[str, Any]) -> bool:
     )
 
 
-def contact_tables(content: list[Any], file: str, folder: Path | None) -> list[Table]:
+def contact_tables(content: list[Any], file: str, folder: Path | None) -> list[RawTable]:
     """The tables [[contact]], which know their names."""
     if not 0 < len(content) <= MAX_CONTACTS:
         raise SceneError(file, "contact", f"{len(content)} tables", f"one to {MAX_CONTACTS} tables [[contact]]")
@@ -255,8 +255,8 @@ def contact_tables(content: list[Any], file: str, folder: Path | None) -> list[T
         if not isinstance(values, Mapping):
             raise SceneError(file, f"contact[{i}]", shown(values), "a table [[contact]]")
     if len(content) == 1:
-        return [Table(file, "contact", content[0], folder)]
+        return [RawTable(file, "contact", content[0], folder)]
     names = [values.get("name") for values in content]
     own = [isinstance(name, str) and bool(re.fullmatch(Name.pattern, name)) and names.count(name) == 1 for name in names]
     heads = [f"contact.{name}" if good else f"contact[{i}]" for i, (name, good) in enumerate(zip(names, own, strict=True))]
-    return [Table(file, *parts, folder) for parts in zip(heads, content, strict=True)]
+    return [RawTable(file, *parts, folder) for parts in zip(heads, content, strict=True)]

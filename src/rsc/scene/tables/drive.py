@@ -6,7 +6,7 @@ from typing import Any
 
 from rsc.scene.keys import mirror
 from rsc.scene.keys.forms import Form, declared_in, exclusive, form_of
-from rsc.scene.keys.keys import Later, Listed, Number, Table, Values, as_list, declare, known_keys, plain_section, read_table
+from rsc.scene.keys.keys import Later, Listed, Number, RawTable, Values, as_list, declare, known_keys, plain_section, read_table
 from rsc.scene.keys.keys import Sequence as ListOf
 from rsc.scene.tables import torques
 
@@ -89,7 +89,7 @@ class Drive:
         return content
 
 
-def read_drive(table: Table, elsewhere: Callable[[str], str]) -> Drive:
+def read_drive(table: RawTable, elsewhere: Callable[[str], str]) -> Drive:
     """Read [drive] in one of its forms."""
     values = read_table(Drive, table, elsewhere)
     _READERS[form_of(Drive.forms, table, values)](table, values)
@@ -97,7 +97,7 @@ def read_drive(table: Table, elsewhere: Callable[[str], str]) -> Drive:
     return drive
 
 
-def _read_prescribed(table: Table, values: Values) -> None:
+def _read_prescribed(table: RawTable, values: Values) -> None:
     """One speed, or the first and the last one."""
     raw = values["speed"]
     parts = as_list(raw)
@@ -109,14 +109,14 @@ def _read_prescribed(table: Table, values: Values) -> None:
     values["speed"] = tuple(FREQUENCY.read(table, f"speed[{i}]", part) for i, part in enumerate(parts))
 
 
-def _read_schedule(table: Table, values: Values) -> None:
+def _read_schedule(table: RawTable, values: Values) -> None:
     """Corners; two of them are a speed and a duration."""
     corners = _corners(table, values["schedule"])
     values["schedule"] = corners if len(corners) > 2 else None
     values["speed"], values["duration"] = tuple(speed for _, speed in corners), corners[-1][0]
 
 
-def _corners(table: Table, raw: Any) -> tuple[tuple[float, float], ...]:
+def _corners(table: RawTable, raw: Any) -> tuple[tuple[float, float], ...]:
     corners = as_list(raw)
     if corners is None or len(corners) < 2:
         table.refuse("schedule", raw, "a list of at least two [time in s, speed in Hz]")
@@ -134,7 +134,7 @@ def _corners(table: Table, raw: Any) -> tuple[tuple[float, float], ...]:
     return tuple(read)
 
 
-def _read_driven(table: Table, values: Values) -> None:
+def _read_driven(table: RawTable, values: Values) -> None:
     torques.read(table, values, FREQUENCY)
 
 

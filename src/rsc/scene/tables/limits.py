@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from rsc.scene.keys.keys import Name, Number, Table, declare, plain_section, read_table
+from rsc.scene.keys.keys import Name, Number, RawTable, declare, plain_section, read_table
 from rsc.scene.tables.clearances import Clearance
 
 KEY = "limits"
@@ -34,7 +34,7 @@ class Limits:
         return content
 
 
-def read_limits(table: Table, elsewhere: Callable[[str], str], clearances: Sequence[Clearance]) -> Limits:
+def read_limits(table: RawTable, elsewhere: Callable[[str], str], clearances: Sequence[Clearance]) -> Limits:
     """Read [limits]: speeds in their order, and a probe that is one of the clearances."""
     limits: Limits = read_table(Limits, table, elsewhere).made(Limits)
     lowest, highest, trip = limits.speeds

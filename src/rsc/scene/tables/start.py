@@ -13,7 +13,7 @@ from rsc.scene.keys.keys import (
     Flag,
     Later,
     PairReader,
-    Table,
+    RawTable,
     Values,
     declare,
     per_coordinate,
@@ -102,7 +102,7 @@ class Start:
         return content
 
 
-def read_start(table: Table, elsewhere: Callable[[str], str], rotor: Any, stator: Any, contacts: Sequence[Contact]) -> Start:
+def read_start(table: RawTable, elsewhere: Callable[[str], str], rotor: Any, stator: Any, contacts: Sequence[Contact]) -> Start:
     """Read [start]; an absent table is a start at rest."""
     values = read_table(Start, table, elsewhere)
     form_of(Start.forms, table, values)
@@ -124,7 +124,7 @@ def read_start(table: Table, elsewhere: Callable[[str], str], rotor: Any, stator
     return start
 
 
-def _read_state(table: Table, key: str, values: Values, body: Any) -> tuple[complex, ...]:
+def _read_state(table: RawTable, key: str, values: Values, body: Any) -> tuple[complex, ...]:
     """Displacements or velocities of a body, zeros where none are given."""
     if values[key] is None:
         return (0j,) * int(body.n_coordinates)

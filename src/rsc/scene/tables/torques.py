@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from rsc.scene.keys.keys import Later, Listed, Number, Sequence, Table, Values, as_list
+from rsc.scene.keys.keys import Later, Listed, Number, RawTable, Sequence, Values, as_list
 
 Knots = tuple[tuple[float, float], ...]
 
@@ -13,7 +13,7 @@ TORQUE = Later("a list of [speed in Hz, torque in N m]", (Sequence(Listed((_SPEE
 MEANING = "Torque of the motor less that of the load over the speed: linear between knots, constant beyond the ends."
 
 
-def read(table: Table, values: Values, speed_reader: Number) -> None:
+def read(table: RawTable, values: Values, speed_reader: Number) -> None:
     """Read the keys of a drive with a torque in place.
 
     Raises

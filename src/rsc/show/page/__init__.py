@@ -15,7 +15,7 @@ import numpy as np
 
 from rsc.errors import one_line
 from rsc.files.mark import HTML
-from rsc.files.output import Output, put_all
+from rsc.files.output import OutputFile, put_all
 from rsc.show.page import sections
 from rsc.show.page.svg import svg
 from rsc.show.pictures import paths
@@ -53,7 +53,7 @@ def page_file(report, path, others=()):
     others : Reports of other runs, whose amplitudes are drawn beside its own (run-up and run-down show the hysteresis)
     """
     with report.result.kept_open(), shown_as_in(report.result.scene):
-        return Output(Path(path), page(report, others).encode(), HTML)
+        return OutputFile(Path(path), page(report, others).encode(), HTML)
 
 
 def page(report, others=()):

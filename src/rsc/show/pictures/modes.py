@@ -30,7 +30,7 @@ def modes_text(modes, title, most=SHOWN):
 
 
 def model_text(modes, model, speed):
-    """Table of the slowest modes of a `rsc.machine.model.model.Model`, as it was read."""
+    """Table of the slowest modes of a `rsc.machine.model.model.FiniteElementModel`, as it was read."""
     told = f"the slowest {len(modes)} modes at {_speed(speed)}"
     lines = [f"{one_line(model.source)}, as it was read", told]
     rows = [

@@ -21,7 +21,7 @@ from PIL import Image
 
 from rsc.errors import DataError
 from rsc.files.mark import PICTURES
-from rsc.files.output import Output, put_all, target
+from rsc.files.output import OutputFile, put_all, target
 from rsc.show.pictures.axes import HALO, ROUND_STEPS, as_text, legend_below, new_figure
 from rsc.show.pictures.settings import default_settings
 
@@ -214,7 +214,7 @@ def picture_target(path: str | os.PathLike[str], overwrite: bool = False) -> Pat
 
 
 @default_settings()
-def picture_file(figure: Figure, path: str | os.PathLike[str]) -> Output:
+def picture_file(figure: Figure, path: str | os.PathLike[str]) -> OutputFile:
     """The file of a figure, to be written by `rsc.files.output.put_all`; DataError for an unknown ending."""
     ending = _ending(path)
     if (engine := figure.get_layout_engine()) is not None:  # laid out once: savefig would do it twice, and draw for that
@@ -222,7 +222,7 @@ def picture_file(figure: Figure, path: str | os.PathLike[str]) -> Output:
         figure.set_layout_engine(None)
     content = io.BytesIO()
     figure.savefig(content, format=ending[1:], **MORE.get(ending, {}))
-    return Output(Path(path), content.getvalue(), PICTURES[ending])
+    return OutputFile(Path(path), content.getvalue(), PICTURES[ending])
 
 
 def _ending(path: str | os.PathLike[str]) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 
 from rsc.errors import one_line
 from rsc.files.mark import GIF
-from rsc.files.output import Output, put_all
+from rsc.files.output import OutputFile, put_all
 from rsc.show.pictures import paths, pictures, plots
 from rsc.show.pictures.abscissa import Abscissa
 from rsc.show.pictures.album import PICTURES, described
@@ -41,7 +41,7 @@ def picture_files(report, folder):
 
     Returns
     -------
-    list of rsc.files.output.Output
+    list of rsc.files.output.OutputFile
     """
     title, drawn = one_line(report.result.scene.title), described(report, Abscissa(report), on_page=False)
     figures = {f"{file}.png": _figure(file, drawn, title) for file in dict.fromkeys(PICTURES[name].file for name in drawn)}
@@ -77,4 +77,4 @@ def animation(report, path):
     largest = max(largest_finite(np.abs(report.orbits.rotor)), report.contact.gap)
     frames = (paths.orbit(report, window) for window in windows.tolist())
     reach = 1.05 * largest * unit_for(largest, "m")[0]
-    return Output(Path(path), plots.film(frames, one_line(report.result.scene.title), reach), GIF)
+    return OutputFile(Path(path), plots.film(frames, one_line(report.result.scene.title), reach), GIF)

@@ -9,7 +9,7 @@ import numpy as np
 
 from rsc.errors import one_line
 from rsc.files.mark import HTML
-from rsc.files.output import Output
+from rsc.files.output import OutputFile
 from rsc.show.page import head, made
 from rsc.show.page.sections import answers, table
 from rsc.show.pictures.settings import default_settings
@@ -27,7 +27,7 @@ CAPTIONS = {
 
 def sweep_page_file(data, path):
     """The file of the page of a sweep (`rsc.results.labelled.Labelled`), to be written by `rsc.files.output.put_all`."""
-    return Output(Path(path), sweep_page(data).encode(), HTML)
+    return OutputFile(Path(path), sweep_page(data).encode(), HTML)
 
 
 def sweep_page(data):

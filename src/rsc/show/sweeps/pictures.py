@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from rsc.errors import DataError, one_line
-from rsc.files.output import Output
+from rsc.files.output import OutputFile
 from rsc.measure.kinds import Kind
 from rsc.measure.words import VERDICTS
 from rsc.results.labelled import Labelled
@@ -52,7 +52,7 @@ _KINDS = [str(kind) for kind in Kind]
 WORDS: dict[str, Sequence[str]] = {"motion": _KINDS, "lasting": _KINDS, "verdict": VERDICTS}
 
 
-def picture_files(data: Labelled, folder: Path) -> list[Output]:
+def picture_files(data: Labelled, folder: Path) -> list[OutputFile]:
     """The files of every picture of a sweep, to be written by `rsc.files.output.put_all`; DataError where there is nothing to
     draw."""
     figures = pictures(data)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from rsc.measure.kinds import Seen
+from rsc.measure.kinds import ProbeKind
 from rsc.measure.verdict import ALONE, RUB
 from rsc.measure.windows import ROLL
 from rsc.measure.words import AGREES, DIFFERS, FREQUENCY, TOLERANCES
@@ -35,15 +35,15 @@ def compared_answer(report):
 def _motion(report):
     """Every kind of motion that the probes show, with its speeds."""
     told = []
-    for kind in (Seen.WHIRL, Seen.FORWARD, Seen.WITH_SHAFT, Seen.NEITHER):
+    for kind in (ProbeKind.WHIRL, ProbeKind.FORWARD, ProbeKind.WITH_SHAFT, ProbeKind.NEITHER):
         places = np.flatnonzero(report.features.kind == kind)
         if len(places):
             told.append(f"{kind} at {where(report, places)}")
     if EXCHANGED in report.result.warnings:
         told.insert(0, "which way anything turns is in doubt, by the signals")
-    elif not (report.features.kind == Seen.WHIRL).any():
+    elif not (report.features.kind == ProbeKind.WHIRL).any():
         told.insert(0, "no backward whirl")
-    unknown = np.flatnonzero(report.features.kind == Seen.NOT_RESOLVED)
+    unknown = np.flatnonzero(report.features.kind == ProbeKind.NOT_RESOLVED)
     if len(unknown):
         told.append(f"not resolved at {where(report, unknown)}: {report.features.why[unknown[0]]}")
     return "; ".join(told)

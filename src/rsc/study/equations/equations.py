@@ -14,7 +14,7 @@ from rsc.study.equations import motion
 from rsc.study.equations.motion import CLIPPED, CLOSING, OPEN, OPENING, PRESSED, SLIDING, Constants
 from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
-from rsc.system.system import Law, System
+from rsc.system.system import ContactLaw, System
 
 VELOCITY_SCALE = 300.0  # 1/s: a velocity may err by this times what a displacement may
 States = NDArray[np.int64]
@@ -235,7 +235,7 @@ def _refuse_unknown(scene: Scene, system: System) -> None:
         "a drive with a torque": system.drive is not None,
         "a race that turns": any(contact.law.race_inertia is not None for contact in system.contacts),
         "coefficients that follow the rotor speed": system.rotor.knots is not None,
-        "a contact law of another kind": any(type(contact.law) is not Law for contact in system.contacts),
+        "a contact law of another kind": any(type(contact.law) is not ContactLaw for contact in system.contacts),
     }
     left_out = [name for name, is_there in unknown.items() if is_there]
     if left_out:

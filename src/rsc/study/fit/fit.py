@@ -120,7 +120,7 @@ def fit(
 
 def fitted_models(models: Models, note: Note) -> Fit:
     """The Fit of models beside what was measured; a KeyboardInterrupt carries that of the best values until then."""
-    seen, best = models.seen, list[_End]()
+    seen, best = models.seen, list[_FitEnd]()
     note(f"{len(seen.starts)} windows on a backward whirl, {int(seen.held.sum())} of them held back")
     try:
         start = begin(models, lambda point: best.append(_begun(models, point)))
@@ -133,13 +133,13 @@ def fitted_models(models: Models, note: Note) -> Fit:
         raise
 
 
-def _begun(models: Models, point: Values) -> "_End":
+def _begun(models: Models, point: Values) -> "_FitEnd":
     """A point that only predictions have led to."""
     kept = np.ones(len(models.seen.starts), dtype=bool)
-    return _End(point, Residuals(models, np.flatnonzero(~models.seen.held)), kept, converged=False)
+    return _FitEnd(point, Residuals(models, np.flatnonzero(~models.seen.held)), kept, converged=False)
 
 
-def _told(models: Models, end: "_End", note: Note, quickly: bool = False) -> Fit:
+def _told(models: Models, end: "_FitEnd", note: Note, quickly: bool = False) -> Fit:
     """The Fit at an end; quickly: with intervals by slopes alone."""
     seen, point, residuals = models.seen, end.point, end.residuals
     # what is measured alone: that a whirl which lasts is stable is a bound, and tells no direction by its slope
@@ -170,7 +170,7 @@ def _told(models: Models, end: "_End", note: Note, quickly: bool = False) -> Fit
     )
 
 
-class _End(NamedTuple):
+class _FitEnd(NamedTuple):
     """Where least squares end: the point, its residuals, (n_w,) bool whether a window was kept, whether they converged."""
 
     point: Values
@@ -179,7 +179,7 @@ class _End(NamedTuple):
     converged: bool
 
 
-def _refined(models: Models, start: Values, note: Note, better: Callable[[_End], object]) -> _End:
+def _refined(models: Models, start: Values, note: Note, better: Callable[[_FitEnd], object]) -> _FitEnd:
     """The end of least squares on simulations from a start; `better` gets the best point after each round that betters it.
 
     Robust ones first; then plain ones without the windows in which the run comes to a whirl or leaves it. These are also left out
@@ -202,16 +202,16 @@ def _refined(models: Models, start: Values, note: Note, better: Callable[[_End],
                 point, kept, how, cost_before, rises = best, steady, FINE, np.inf, 0
             continue
         best, cost_before, rises = point, cost, 0
-        better(_End(best, residuals, kept, converged=False))
+        better(_FitEnd(best, residuals, kept, converged=False))
         whole = Residuals(models, windows, added)
         point, _ = least(residuals, best, how)
         step = float(np.linalg.norm(residuals.slopes(point) @ (point - best)))
         if step < (MOVED * max(1.0, np.sqrt(cost / len(residuals.windows))) if how is FINE else SETTLED * np.sqrt(len(windows))):
             steady = kept & _steady(models, whole, point)
             if how is FINE and (steady == kept).all():
-                return _End(point, residuals, kept, converged=True)
+                return _FitEnd(point, residuals, kept, converged=True)
             kept, how, cost_before = steady, FINE, np.inf
-    return _End(best, Residuals(models, windows[kept & ~held], added_about(models, best)), kept, converged=False)
+    return _FitEnd(best, Residuals(models, windows[kept & ~held], added_about(models, best)), kept, converged=False)
 
 
 def _steady(models: Models, residuals: Residuals, point: Values) -> NDArray[np.bool_]:

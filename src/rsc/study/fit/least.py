@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.optimize import least_squares
 
-from rsc.study.fit.models import Models, Predicted, Values, features_of
+from rsc.study.fit.models import Models, PredictedFeatures, Values, features_of
 from rsc.study.fit.seen import PHASE
 
 STEP = 1e-4  # of the coordinates, for derivatives of predictions
@@ -110,7 +110,7 @@ class Residuals:
         """(k, n_w, 4) features of points."""
         return self._with_added(points, self.models.predicted(points, self.windows))
 
-    def _with_added(self, points: NDArray[np.float64], predicted: Predicted) -> NDArray[np.float64]:
+    def _with_added(self, points: NDArray[np.float64], predicted: PredictedFeatures) -> NDArray[np.float64]:
         return predicted.features + (0.0 if self.added is None else self.added.to(points)[:, self.windows])
 
     def missed(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -138,7 +138,7 @@ class Residuals:
         return np.asarray((up - down).T / (2.0 * STEP))
 
 
-def _instability(predicted: Predicted) -> NDArray[np.float64]:
+def _instability(predicted: PredictedFeatures) -> NDArray[np.float64]:
     return np.maximum(np.nan_to_num(predicted.growth_rate, nan=0.0), 0.0) / UNSTABLE
 
 

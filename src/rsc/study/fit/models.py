@@ -14,7 +14,7 @@ from rsc.scene.scene import Scene
 from rsc.scene.tables.drive import Drive
 from rsc.scene.values import with_entries
 from rsc.study.fit.free import Free
-from rsc.study.fit.seen import FEATURES, Lines, Seen, Span, lines_of
+from rsc.study.fit.seen import FEATURES, FittedWindows, Span, WindowLines, lines_of
 from rsc.study.run.ensemble import simulate_many
 
 SAMPLES = 4_000_000  # of runs that are held at a time
@@ -26,14 +26,14 @@ Values = NDArray[np.float64]  # (n_free,) coordinates of the free values
 
 
 @dataclass(frozen=True)
-class Predicted:
+class PredictedFeatures:
     """features : (k, n_w, 4), NaN where there is no whirl; growth_rate : (k, n_w), over the frequency of the whirl in rad/s."""
 
     features: NDArray[np.float64]
     growth_rate: NDArray[np.float64]
 
 
-def features_of(lines: Lines) -> NDArray[np.float64]:
+def features_of(lines: WindowLines) -> NDArray[np.float64]:
     """(n_w, 4) features of lines."""
     sizes = np.log(np.abs(lines.frequency)), np.log(lines.amplitude)
     return np.column_stack([*sizes, lines.order.real, lines.order.imag])
@@ -42,7 +42,7 @@ def features_of(lines: Lines) -> NDArray[np.float64]:
 class Models:
     """Scenes with free values beside a measured run; `runs` counts the simulations."""
 
-    def __init__(self, scene: Scene, seen: Seen, free: Sequence[Free], threads: int | None = None) -> None:
+    def __init__(self, scene: Scene, seen: FittedWindows, free: Sequence[Free], threads: int | None = None) -> None:
         self.scene, self.seen, self.free, self._threads = scene, seen, list(free), threads
         self.runs = 0
         self._slow: NDArray[np.float64] | None = None  # speeds in Hz at which runout was seen
@@ -55,7 +55,7 @@ class Models:
         """The scene with values at some coordinates; SceneError where there is none."""
         return with_entries(self.scene, {one.name: one.value(u) for one, u in zip(self.free, values.tolist(), strict=True)})
 
-    def predicted(self, points: NDArray[np.float64], windows: NDArray[np.intp]) -> Predicted:
+    def predicted(self, points: NDArray[np.float64], windows: NDArray[np.intp]) -> PredictedFeatures:
         """What scenes at points (k, n_free) predict in some windows: of their whirls those next to the measured frequencies."""
         features = np.full((len(points), len(windows), FEATURES), np.nan)
         growth_rate = np.full(features.shape[:2], np.nan)
@@ -67,12 +67,12 @@ class Models:
                 continue
             places.append(i)
         if not scenes:
-            return Predicted(features, growth_rate)
+            return PredictedFeatures(features, growth_rate)
         whirls = predict_many(scenes, self.seen.speed[windows])
         backward = np.where(whirls.frequency < 0.0, np.abs(whirls.frequency), np.nan)
         away = np.abs(np.log(backward / np.abs(self.seen.lines.frequency[windows])[:, None]))
         if away.shape[2] == 0:
-            return Predicted(features, growth_rate)
+            return PredictedFeatures(features, growth_rate)
         chosen = np.nan_to_num(away, nan=np.inf).argmin(axis=2)[..., None]
         frequency, amplitude, order, rate = (
             np.take_along_axis(values, chosen, axis=2)[..., 0]
@@ -81,7 +81,7 @@ class Models:
         order = self.seen.order_of(order - self._taken_off(scenes)[:, None])
         features[places] = np.stack([np.log(frequency), np.log(amplitude), order.real, order.imag], axis=-1)
         growth_rate[places] = rate / (2.0 * np.pi * frequency)
-        return Predicted(features, growth_rate)
+        return PredictedFeatures(features, growth_rate)
 
     def _taken_off(self, scenes: Sequence[Scene]) -> NDArray[np.complex128]:
         """(k,) complex m, the lines by the unbalance of scenes that were taken off with the runout."""

@@ -33,7 +33,7 @@ UNKNOWN = 1e6  # rad, deviation of an angle of which nothing is known: the line 
 
 
 @dataclass(frozen=True)
-class Lines:
+class WindowLines:
     """frequency : (n_w,) Hz of the strongest backward line, negative; amplitude : (n_w,) m; order : (n_w,) complex m, the line at
     the rotor speed in the frame of the shaft; NaN where there is none."""
 
@@ -44,7 +44,7 @@ class Lines:
 
 def lines_of(
     deflection: NDArray[np.complex128], turns: NDArray[np.float64], starts: NDArray[np.intp], size: int, rate: float
-) -> Lines:
+) -> WindowLines:
     """The lines of a motion (n,) m in windows of `size` samples, at `rate` Hz, of a shaft that made so many `turns` (n,)."""
     amplitude = spectra.amplitudes(deflection, starts, size)
     nothing = np.zeros(len(starts))
@@ -55,7 +55,7 @@ def lines_of(
         _beside(deflection[start : start + size], turning[start : start + size], weights, turn / rate)
         for start, turn in zip(starts, 2j * np.pi * peaks.frequency[:, 0], strict=True)
     ]
-    return Lines(peaks.frequency[:, 0], peaks.amplitude[:, 0], np.array(order, dtype=complex))
+    return WindowLines(peaks.frequency[:, 0], peaks.amplitude[:, 0], np.array(order, dtype=complex))
 
 
 def _beside(
@@ -80,7 +80,7 @@ def _without(motion: NDArray[np.complex128], weights: NDArray[np.float64], turn:
 class Span:
     """Consecutive windows of a measured run on one whirl.
 
-    own : slice of the windows of `Seen`; first, last : int, its samples, last exclusive, with a window before and behind
+    own : slice of the windows of `FittedWindows`; first, last : int, its samples, last exclusive, with a window before and behind
     """
 
     own: slice
@@ -89,12 +89,12 @@ class Span:
 
 
 @dataclass(frozen=True)
-class Seen:
+class FittedWindows:
     """The whirl of a measured run in the windows it is fitted in.
 
     run : MeasuredRun; size : int, samples of a window; starts : (n_w,) int, their first samples; speed, time : (n_w,) Hz, s
-    lines : Lines; deviation : (n_w, 4), standard deviations of frequency over itself, of amplitude over itself, and of both parts
-        of the line at the rotor speed over the amplitude
+    lines : WindowLines; deviation : (n_w, 4), standard deviations of frequency over itself, of amplitude over itself, and of both
+        parts of the line at the rotor speed over the amplitude
     held : (n_w,) bool, the windows that are held back; spans : tuple of Span
     runout : float m, deviation of each part of the runout that is left in all lines at the rotor speed; large without slow roll
     """
@@ -104,7 +104,7 @@ class Seen:
     starts: NDArray[np.intp]
     speed: NDArray[np.float64]
     time: NDArray[np.float64]
-    lines: Lines
+    lines: WindowLines
     deviation: NDArray[np.float64]
     held: NDArray[np.bool_]
     spans: tuple[Span, ...]
@@ -123,7 +123,7 @@ class Seen:
         return _told_of(self.run, lines)
 
 
-def seen_of(run: Any) -> Seen:
+def seen_of(run: Any) -> FittedWindows:
     """The whirl of a MeasuredRun.
 
     Raises
@@ -152,7 +152,7 @@ def seen_of(run: Any) -> Seen:
     lines = replace(lines, order=_told_of(run, lines.order))
     held = np.arange(len(places)) % HELD_BACK == HELD_BACK - 1
     noise = _noise(run, windows, starts, lines)
-    return Seen(
+    return FittedWindows(
         run=run,
         size=windows.n_samples,
         starts=starts,
@@ -179,7 +179,7 @@ def _groups(whirls: NDArray[np.bool_], frequency: NDArray[np.float64]) -> list[N
     return np.split(places, np.flatnonzero(apart) + 1)
 
 
-def _noise(run: MeasuredRun, windows: Windows, starts: NDArray[np.intp], lines: Lines) -> NDArray[np.float64]:
+def _noise(run: MeasuredRun, windows: Windows, starts: NDArray[np.intp], lines: WindowLines) -> NDArray[np.float64]:
     """(n_w,) m, deviation of both parts of a line in each window, by the median of its spectrum without the whirl, which leaks
     into it."""
     size, weights = windows.n_samples, spectra.weights(windows.n_samples)
@@ -199,7 +199,7 @@ def _angle(jitter: float | None, speed: NDArray[np.float64], windows: Windows) -
     return 2.0 * np.pi * np.abs(speed) * jitter / np.sqrt(turns)
 
 
-def _deviation(noise: NDArray[np.float64], window: float, lines: Lines, angle: NDArray[np.float64]) -> NDArray[np.float64]:
+def _deviation(noise: NDArray[np.float64], window: float, lines: WindowLines, angle: NDArray[np.float64]) -> NDArray[np.float64]:
     share = noise / lines.amplitude
     frequency = SHARP * share / window / np.abs(lines.frequency)
     order = np.hypot(np.hypot(share, LEAST), np.hypot(FLOORS[2], angle) * np.abs(lines.order) / lines.amplitude)

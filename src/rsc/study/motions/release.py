@@ -96,7 +96,7 @@ class Release:
 
     def _released(self, end: End, part: int, load: Load) -> Held:
         """One run of a motion under a part of the drive's torque."""
-        shot, course = Shot(self._packed[part], end.state, end.turns), _Course(self._settling, end.motion)
+        shot, course = Shot(self._packed[part], end.state, end.turns), _TorqueCourse(self._settling, end.motion)
         due, goes_on, settled = self._settling.duration, True, None
         course.see(shot)
         for _ in range(max(self._most_steps // ATTEMPTS, 1)):
@@ -152,7 +152,7 @@ class _Block:
     motion: Motion
 
 
-class _Course:
+class _TorqueCourse:
     """A run whose speed is integrated, from a motion on."""
 
     def __init__(self, settling: Settling, own: Motion) -> None:

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from rsc.analysis.alone.limits import acceptance_of
 from rsc.files.mark import JSON
-from rsc.files.output import Output, put_all
+from rsc.files.output import OutputFile, put_all
 from rsc.measure.catalogue import AssumedRoll, LastingMotion, Motions, Predicted, SmallestImpact
 from rsc.measure.changes import Transition
 from rsc.measure.course import windows_of
-from rsc.measure.final import AtContact
+from rsc.measure.final import MotionAtContact
 from rsc.measure.kinds import Kind
 from rsc.measure.reasons import Code, Reason
 from rsc.measure.resonances import Resonance
@@ -40,7 +40,7 @@ COLUMNS = ("speed", "frequency", "amplitude", "normal_force", "growth_rate")
 
 
 @dataclass(frozen=True)
-class Place:
+class StoredEvent:
     """The end of a branch or a place on it, as `rsc.analysis.lines.events.Event`."""
 
     cause: str
@@ -75,9 +75,9 @@ class StoredBranch:
     pressed: tuple[str, ...]
     at_contacts: dict[str, dict[str, NDArray[np.float64]]]
     extremes: NDArray[np.float64]
-    begin: Place
-    end: Place
-    events: tuple[Place, ...]
+    begin: StoredEvent
+    end: StoredEvent
+    events: tuple[StoredEvent, ...]
 
     def envelope(self, i: int) -> NDArray[np.float64]:
         """(n,) m: smallest (i = 0) or largest (i = 1) |r| with the unbalance."""
@@ -98,10 +98,10 @@ def write_stored(report: Report, path: str | os.PathLike[str]) -> None:
     put_all([stored(report, path)])
 
 
-def stored(report: Report, path: str | os.PathLike[str]) -> Output:
+def stored(report: Report, path: str | os.PathLike[str]) -> OutputFile:
     """The file report.json of a report, to be written by `rsc.files.output.put_all`."""
     content = {"made_by": _made_by(), "result": report.result.digest} | report_plain(report)
-    return Output(Path(path), json.dumps(content).encode(), JSON)
+    return OutputFile(Path(path), json.dumps(content).encode(), JSON)
 
 
 def report_of(result: Trajectory, path: str | os.PathLike[str]) -> Report:
@@ -201,7 +201,7 @@ def _alike(shape: tuple[int, ...], *arrays: NDArray[Any]) -> None:
 
 
 def _branch(stored: dict[str, Any]) -> StoredBranch:
-    begin, *events, end = (_record(Place, event) for event in stored["events"])
+    begin, *events, end = (_record(StoredEvent, event) for event in stored["events"])
     names = {"amplitude": "rotor_amplitude"}
     columns: dict[str, Any] = {name: _array(stored[names.get(name, name)]) for name in COLUMNS}
     stable, extremes = np.array(stored["stable"], dtype=bool), _array(stored["envelope"])
@@ -262,7 +262,7 @@ def _listed(stored: dict[str, Any]) -> Motions:
                 motion,
                 predicted=one and _predicted(one),
                 clearances=_numbers(motion["clearances"]),
-                contacts={_text(name): _record(AtContact, at) for name, at in motion["contacts"].items()},
+                contacts={_text(name): _record(MotionAtContact, at) for name, at in motion["contacts"].items()},
                 border=_record(Border, motion["border"]),
                 held=tuple(map(_held, motion["held"])),
             )

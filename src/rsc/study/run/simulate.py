@@ -139,7 +139,7 @@ def _compile(run: Run, note: Callable[[str], object]) -> None:
         note(f"compiled in {took:.0f} s" + ("; later runs of this kind start at once" if keeps_code() else ""))
 
 
-def _in_memory(run: Run, progress: bool, note: Callable[[str], object]) -> "tuple[Trajectory, _End]":
+def _in_memory(run: Run, progress: bool, note: Callable[[str], object]) -> "tuple[Trajectory, _RunEnd]":
     """(Trajectory, how it ended) of a Run that keeps its samples in memory."""
     _compile(run, note)
     note(foresee(run.scene))
@@ -205,7 +205,7 @@ def _is_behind(run: Run, checkpoint: Mapping[str, np.ndarray]) -> bool:
     return bool(run.work.count[STEPS] >= checkpoint["count"][STEPS])
 
 
-class _End(NamedTuple):
+class _RunEnd(NamedTuple):
     """How a run ended: its Summary, what interrupted it (numbers of signals, errors of the progress bar), a remark or ""."""
 
     summary: Summary
@@ -213,7 +213,7 @@ class _End(NamedTuple):
     remark: str
 
 
-def _handed_over(result: Trajectory, end: _End, note: Callable[[str], object]) -> Trajectory:
+def _handed_over(result: Trajectory, end: _RunEnd, note: Callable[[str], object]) -> Trajectory:
     """The result, unless what interrupted the run ends more than it: a signal is passed on to whom it was meant for, an error to
     the caller whose function raised it. Whatever is raised carries the result."""
     try:
@@ -241,7 +241,7 @@ def tolerance_remark(largest: float, gap: float, rtol: float) -> str:
     )
 
 
-def _march(run: Run, sink: MemoryBlocks | ResultWriter, progress: bool, note: Callable[[str], object]) -> _End:
+def _march(run: Run, sink: MemoryBlocks | ResultWriter, progress: bool, note: Callable[[str], object]) -> _RunEnd:
     """Hand every block and its checkpoint to the sink until the run ends or is interrupted."""
     largest, contacts, pace = 0.0, run.scene.contacts, _Pace(run)
     gap = min(contact.gap for contact in contacts)
@@ -262,7 +262,7 @@ def _march(run: Run, sink: MemoryBlocks | ResultWriter, progress: bool, note: Ca
             if status is not None:
                 summary = run.summary(status)
                 remark = tolerance_remark(largest, gap, summary.rtol)
-                return _End(summary, stops, remark if status == Status.FINISHED else "")
+                return _RunEnd(summary, stops, remark if status == Status.FINISHED else "")
     raise AssertionError("a run ends with a status")
 
 
