@@ -94,20 +94,21 @@ class Equations:
 
     def _switches_of(self, c: int, states: States) -> list[Switch]:
         delta, delta_dot, force, slip = range(4)
-        found = {
+        let_go = (force, 0.0, -1.0, PRESSED, CLIPPED) if self.constants.damper[c] > 0.0 else (delta, 0.0, 1.0, PRESSED, OPEN)
+        ends = {
             OPEN: [(delta, 0.0, -1.0, PRESSED, CLOSING)],
             CLOSING: [(delta_dot, 0.0, 1.0, PRESSED, OPENING)],
-            OPENING: [(delta_dot, 0.0, -1.0, PRESSED, CLOSING), (force, 0.0, -1.0, PRESSED, CLIPPED)],
+            OPENING: [(delta_dot, 0.0, -1.0, PRESSED, CLOSING), let_go],
             CLIPPED: [(delta, 0.0, 1.0, PRESSED, OPEN), (force, 0.0, 1.0, PRESSED, OPENING)],
         }[int(states[c, PRESSED])]
         limit = self.constants.slip_velocity[c]
         if limit > 0.0 and states[c, PRESSED] != OPEN:
             sliding = int(states[c, SLIDING])
             if sliding >= 0:
-                found = [*found, (slip, limit, -1.0 if sliding else 1.0, SLIDING, 0 if sliding else 1)]
+                ends = [*ends, (slip, limit, -1.0 if sliding else 1.0, SLIDING, 0 if sliding else 1)]
             if sliding <= 0:
-                found = [*found, (slip, -limit, 1.0 if sliding else -1.0, SLIDING, 0 if sliding else -1)]
-        return [self._switch(c, states, *own) for own in found]
+                ends = [*ends, (slip, -limit, 1.0 if sliding else -1.0, SLIDING, 0 if sliding else -1)]
+        return [self._switch(c, states, *own) for own in ends]
 
     def _switch(self, c: int, states: States, which: int, level: float, direction: float, column: int, to: int) -> Switch:
         def value(t: float, y: Real) -> float:

@@ -29,30 +29,30 @@ def dop853(equations: Equations, times: NDArray[np.float64], rtol: float) -> NDA
     t, y = 0.0, equations.start
     states, filled, longest = equations.states(t, y), 0, equations.longest_step
     while filled < len(times):
-        found: Any = solve_ivp(
+        run: Any = solve_ivp(
             equations.rhs, (t, max(float(times[-1]), t)), y, "DOP853", events=equations.switches(states), dense_output=True,
             args=(states,), rtol=rtol, atol=rtol * equations.scale, max_step=longest,
         )  # fmt: skip
-        if not found.success:
-            raise SolverError(f"the reference ended at {t:.6g} s: {found.message}")
-        if longest > SHORTEST * equations.longest_step and _missed(equations.switches(states), found):
+        if not run.success:
+            raise SolverError(f"the reference ended at {t:.6g} s: {run.message}")
+        if longest > SHORTEST * equations.longest_step and _missed(equations.switches(states), run):
             longest *= 0.25
             continue
         longest = equations.longest_step
-        last = len(times) if found.status == 0 else int(np.searchsorted(times, found.t[-1], side="right"))
+        last = len(times) if run.status == 0 else int(np.searchsorted(times, run.t[-1], side="right"))
         if last > filled:
-            rows[filled:last] = found.sol(times[filled:last]).T
-        t, y, filled = float(found.t[-1]), found.y[:, -1], max(last, filled)
-        for switch, hits in zip(equations.switches(states), found.t_events, strict=True):
+            rows[filled:last] = run.sol(times[filled:last]).T
+        t, y, filled = float(run.t[-1]), run.y[:, -1], max(last, filled)
+        for switch, hits in zip(equations.switches(states), run.t_events, strict=True):
             if len(hits):
                 states = switch.after(t, y)
     return rows
 
 
-def _missed(switches: list[Switch], found: Any) -> bool:
+def _missed(switches: list[Switch], run: Any) -> bool:
     """Whether one of the switches was passed and passed back within a step, which its sign at the steps does not show."""
-    times = np.concatenate([np.linspace(*step, INSIDE + 2)[1:-1] for step in pairwise(found.t)])
-    rows = found.sol(times).T
+    times = np.concatenate([np.linspace(*step, INSIDE + 2)[1:-1] for step in pairwise(run.t)])
+    rows = run.sol(times).T
     for switch in switches:
         values = switch.direction * np.array([switch(t, y) for t, y in zip(times, rows, strict=True)])
         if values.max() > ROUNDING * np.abs(values).max():

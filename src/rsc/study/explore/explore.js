@@ -45,7 +45,8 @@ function took(ms) {
   document.body.dataset.moves = takes.length;
 }
 
-function use_whirls(a) { last.whirls = a.picture; $("words").textContent = a.words; draw("whirls", a.picture, before.whirls); }
+function use_words(a) { $("words").textContent = a.words; }
+function use_whirls(a) { last.whirls = a.picture; draw("whirls", a.picture, before.whirls); }
 function use_run(a) {
   last.orbit = a.orbit; last.spectrum = a.spectrum; $("run_words").textContent = a.words;
   draw("orbit", a.orbit, before.orbit); draw("spectrum", a.spectrum, before.spectrum);
@@ -58,10 +59,10 @@ function update() {
   location.replace("#" + encodeURIComponent(JSON.stringify(values)));
   for (const id of ["s_orbit", "s_spectrum", "s_map"]) $(id).classList.add("late");
   $("map_words").textContent = "Being computed: it follows when nothing moves.";
-  const first = follow("whirls", use_whirls), second = follow("run", use_run);
+  const first = follow("whirls", use_whirls), second = follow("words", use_words), third = follow("run", use_run);
   clearTimeout(mapTimer);
   mapTimer = setTimeout(() => follow("map", use_map, () => ({x: $("map_x").value, y: $("map_y").value})), 300);
-  return Promise.all([first, second]);
+  return Promise.all([first, second, third]);
 }
 
 function show(name) {

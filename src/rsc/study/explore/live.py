@@ -1,8 +1,9 @@
 """What the page of `rsc explore` asks for: values to move, and what follows from them, as descriptions and words."""
 
 import math
+import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from threading import Event
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 from rsc.analysis.paper.predict_many import predict_many
 from rsc.errors import RscError, SceneError, SolverError
 from rsc.measure.features import waterfall
+from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
 from rsc.scene.values import physical_values, value_of
 from rsc.show.pictures.of_results import reach_of, spectrum, whirl_picture
@@ -31,7 +33,8 @@ FIRST = (
 )  # fmt: skip
 SPEED = "speed"  # Hz, of the whole page; of the scene's drive nothing else is kept
 WIDEST = 4.0  # times and parts of its value, between which one is moved
-SPEEDS, ROWS, COLUMNS = 61, 15, 21
+SPEEDS, FEWEST, ROWS, COLUMNS = 61, 13, 15, 21
+AT_ONCE = 0.06  # s that the whirls over the speed may take
 TURNS, LONGEST = 25.0, 0.5  # of the short run; s
 STARTS = 16  # of the list of motions
 
@@ -68,6 +71,7 @@ class Live:
             low, high = sorted((known[name] / WIDEST, known[name] * WIDEST))
             unit = "" if own.unit == "1" else own.unit
             self.handles.append(Handle(name, unit, own.meaning, known[name], low, high, name in first))
+        self._n_speeds = SPEEDS
         self._known = {handle.name: handle for handle in self.handles}
 
     def _speeds(self, top: float) -> tuple[float, float]:
@@ -91,25 +95,32 @@ class Live:
         return self.scene.with_values(changes), speed
 
     def whirls(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The predicted whirls: over the rotor speed, and those at the speed in words."""
+        """The predicted whirls over the rotor speed, at fewer speeds where a machine takes long."""
+        scene, _ = self.moved(values)
+        if len(scene.contacts) > 1:
+            return {"picture": None}
+        handle, begun = self._known[SPEED], time.perf_counter()
+        many = predict_many([scene], np.linspace(handle.low, handle.high, self._n_speeds))
+        if time.perf_counter() - begun > AT_ONCE:
+            self._n_speeds = max(FEWEST, self._n_speeds // 2)
+        picture = whirl_picture(many.speed[0][:, None], many.frequency[0], many.stable[0])
+        picture["layout"]["xaxis"] = {"title": "rotor speed in Hz", "range": [handle.low, handle.high]}
+        return {"picture": picture}
+
+    def words(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """The predicted whirls at the speed in words, and how many of them are stable."""
         scene, speed = self.moved(values)
         (told,) = predictions(scene, [speed])
         if len(scene.contacts) > 1:
-            words, picture = several_text(told.whirls, speed, told.remarks, told.loads), None
+            words = several_text(told.whirls, speed, told.remarks, told.loads)
         else:
             words = whirls_text(told.whirls, scene.contact.gap, told.remarks, told.ratios, told.loads)
-            handle = self._known[SPEED]
-            speeds = np.linspace(handle.low, handle.high, SPEEDS)
-            many = predict_many([scene], speeds)
-            picture = whirl_picture(many.speed[0][:, None], many.frequency[0], many.stable[0])
-            picture["layout"]["xaxis"] = {"title": "rotor speed in Hz", "range": [handle.low, handle.high]}
-        stable = [whirl for whirl in told.whirls if whirl.stable]
-        return {"picture": picture, "words": words, "stable": len(stable)}
+        return {"words": words, "stable": sum(bool(whirl.stable) for whirl in told.whirls)}
 
     def run(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Orbit and full spectrum of a short run at the speed."""
         scene, _ = self.moved(values)
-        result = simulate(scene)
+        result, start = self._simulated(scene)
         rotor, stator, contact = result.contact_rotor(), result.contact_stator(), scene.contacts[0]
         last = slice(len(rotor) // 2, None)
         factor, unit = unit_for(max(largest_finite(np.abs(rotor)), contact.gap), "m")
@@ -120,8 +131,18 @@ class Live:
         return {
             "orbit": {"data": data, "layout": axes(f"y in {unit}", f"z in {unit}", 340, equal=True)},
             "spectrum": frequencies,
-            "words": f"{result.status}: {result.summary.end_time:.3g} s, in contact for {result.summary.contact_time:.3g} s",
+            "words": f"{start}{result.status}: {result.summary.end_time:.3g} s, in contact {result.summary.contact_time:.3g} s",
         }
+
+    def _simulated(self, scene: Scene) -> tuple[Trajectory, str]:
+        """A run from the start of the scene, or without contact where that start is no more; and a word on the latter."""
+        try:
+            return simulate(scene), ""
+        except SceneError:
+            if scene.start.kind != "whirl":
+                raise
+            running = replace(scene, start=replace(scene.start, whirl=None, running=True))
+            return simulate(running), "the whirl to start on is no more; started without contact: "
 
     def map(self, values: Mapping[str, Any], x: str, y: str) -> dict[str, Any]:
         """Amplitude of the largest stable whirl over two values."""

@@ -69,6 +69,7 @@ class Explorer:
         answers: dict[str, Callable[[], dict[str, Any]]] = {
             "begin": self._begin,
             "whirls": lambda: self.live.whirls(values),
+            "words": lambda: self.live.words(values),
             "run": lambda: self.live.run(values),
             "map": lambda: self.live.map(values, str(asked.get("x")), str(asked.get("y"))),
             "toml": lambda: self.live.toml(values),
@@ -90,7 +91,7 @@ class Explorer:
         return {"state": "running"}
 
 
-PARTS = ("begin", "whirls", "run", "map", "toml", "list", "listed")
+PARTS = ("begin", "whirls", "words", "run", "map", "toml", "list", "listed")
 
 
 class _Server(ThreadingHTTPServer):
@@ -159,14 +160,14 @@ class _Handler(BaseHTTPRequestHandler):
     def _allowed(self) -> str | None:
         """The path behind the token, of a request of this very page; None where the request was refused."""
         explorer = self.server.explorer
-        token, slash, rest = self.path.removeprefix("/").partition("/")
+        token, slash, path = self.path.removeprefix("/").partition("/")
         origin = self.headers.get("Origin")
         hosts = self.headers.get_all("Host") or []
         ours = hosts == [explorer.host] and origin in (None, f"http://{explorer.host}")
         if not ours or not slash or not hmac.compare_digest(token.encode(), explorer.token.encode()):
             self._send(403, b"refused\n")
             return None
-        return rest
+        return path
 
     def _send(self, code: int, body: bytes, kind: str = "text/plain; charset=utf-8", more: Any = ()) -> None:
         self.send_response(code)
