@@ -6,6 +6,7 @@ VENV := .venv
 # Windows' virtual environments have their programs in another folder
 PROGRAMS := $(if $(filter Windows_NT,$(OS)),Scripts,bin)
 BIN := $(VENV)/$(PROGRAMS)
+RUN_STAMP := $(VENV)/.runs
 STAMP := $(VENV)/.installed
 BENCH := $(VENV)-bench/$(PROGRAMS)
 BENCH_STAMP := $(VENV)-bench/.installed
@@ -16,13 +17,13 @@ REFERENCE := data/reference/gyroscopic_figure3
 .PHONY: run paper browser quick test nightly lint release versions bench bench-quick stability docs clean
 
 # the paper's Figures 3 right and 4, and with a smaller gap 3 left, from one rotor
-run: $(STAMP)
+run: $(RUN_STAMP)
 	$(BIN)/rsc check $(REFERENCE)_right.toml --output out/figure3_right
 	$(BIN)/rsc check $(REFERENCE)_left.toml --output out/figure3_left
 	@echo "reports: out/figure3_right/report.html, out/figure3_left/report.html"
 
 # the paper's Figures 3 to 6 and the numbers of its text: bench/results/paper.md and paper_*.png, in a minute
-paper: $(STAMP)
+paper: $(RUN_STAMP)
 	$(BIN)/python bench/paper.py
 
 # Debian's Chromium, in which test_page_browser.py opens report.html; where it cannot be had these tests are skipped and say so
@@ -111,8 +112,14 @@ docs: $(DOCS_STAMP)
 	$(DOCS)/sphinx-build -q -W --keep-going -b html docs out/site
 	@echo "site: out/site/index.html"
 
-$(STAMP): pyproject.toml $(CONSTRAINTS)
+# what rsc itself needs
+$(RUN_STAMP): pyproject.toml $(CONSTRAINTS)
 	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --editable . --constraint $(CONSTRAINTS)
+	touch $@
+
+# and what its tests need
+$(STAMP): $(RUN_STAMP)
 	$(BIN)/python -m pip install --quiet --editable ".[dev]" --constraint $(CONSTRAINTS)
 	touch $@
 

@@ -226,6 +226,7 @@ class Samples(NamedTuple):
     """Samples of the motion at the contact, arrays (n,), and the machine and drive that made them.
 
     time s; rotor, stator, rotor_rate, stator_rate complex; state : State at the end; diverged : bool
+    surface : m/s, speed of the surface of an inner race
     """
 
     machine: Machine
@@ -237,6 +238,7 @@ class Samples(NamedTuple):
     stator_rate: np.ndarray
     state: State
     diverged: bool
+    surface: np.ndarray | float = 0.0
 
 
 def integrate(machine, drive, state, duration, finer=1.0):

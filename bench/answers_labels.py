@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-PERMANENT, ROLLING, ARC, LEAST_TURNS = 0.99, 0.5, 0.5, 3.0
+PERMANENT, ROLLING, ARC, LEAST_TURNS, SENSE_TURNS = 0.99, 0.5, 0.5, 3.0, 2.0
 CENTRE = 1e-3  # of the gap: a deflection from which the sense of its turning tells nothing
 BACKWARD = {"backward whirl, sliding", "backward whirl, rolling", "bouncing backward whirl"}
 SELF_EXCITED = BACKWARD | {"forward whirl"}
@@ -29,11 +29,12 @@ class Signals:
         along, tangential = (rate * self.d.conj()).real / distance, (rate * self.d.conj()).imag / distance
         self.touch = distance > m.gap
         self.force = np.where(self.touch, np.maximum(m.k * (distance - m.gap) + m.b * np.minimum(along, 0.0), 0.0), 0.0)
-        slip = speed * max(m.radius, 0.0) + tangential
+        slip = speed * max(m.radius, 0.0) + tangential - run.surface
         sigma = np.clip(slip / m.slip, -1.0, 1.0) if m.radius >= 0.0 else np.ones(len(slip))
         self.friction = m.friction * sigma * self.force
         self.rolls = self.touch & (abs(slip) < m.slip) & (m.radius >= 0.0)
         self.fed, self.heat = -self.friction * tangential, self.friction * slip  # W
+        self.given, self.raced = self.friction * max(m.radius, 0.0) * speed, self.friction * run.surface
         n = len(m.row)  # cross-coupling, or damping that is negative, feeds a whirl as well as friction does
         self.driven = bool(np.any(m.stiffness.imag) or np.any(m.damping.imag))
         self.driven |= bool(n and np.linalg.eigvals(m.damping).real.min() < -1e-9 * abs(m.damping).max())
@@ -114,6 +115,7 @@ def kinds(signals, begin, end, edges=None, doubt=None):
         _sides(parts.min(), 0.0, doubt.turns) if parts.max() > 0.0 else {False},
         _sides(-parts.max(), 0.0, doubt.turns) if parts.min() < 0.0 else {False},
         _sides(turned, LEAST_TURNS, doubt.least),
+        _sides(turned, SENSE_TURNS, doubt.turns),
         _sides(shaft, LEAST_TURNS, doubt.least),
         _sides(share, PERMANENT, min(doubt.share, max(3.0 / max(len(touch), 1), doubt.share))) if share < 1.0 else {True},
         _sides(rolling, ROLLING, doubt.rolling),
@@ -147,10 +149,10 @@ def _runs(values):
 
 def _kind(answers, driven):
     """The table of docs/users/motions.md, row by row."""
-    none, forward, backward, turned, shaft, permanent, rolls, often, fed, with_shaft, in_arc, repeats = answers
+    none, forward, backward, whole, turned, shaft, permanent, rolls, often, fed, with_shaft, in_arc, repeats = answers
     if none:
         return NO_CONTACT
-    if not (turned or shaft):
+    if not (whole or shaft):
         return "not resolved"
     if not permanent and not repeats:
         return "transient contact"

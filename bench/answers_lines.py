@@ -250,7 +250,7 @@ def _at_moment(text, witness, values, loose):
 def of_force(text, witness):
     """The largest force, where, and the largest mean power of friction in a stretch."""
     loose = ANY_SIZE if witness.report.result.status == "diverged" else 0.04
-    powers = "friction feeds the motion with|friction brakes the motion with|heat by friction"
+    powers = "power input by friction|power lost to friction|friction heat"
     match = re.match(rf"up to {SAID} normal at (.*?)(?:; ({powers}) up to {SAID}, (?:at|from) (.*))?$", text)
     if match is None:
         yield "unreadable"
@@ -260,7 +260,7 @@ def of_force(text, witness):
     yield from _at_moment(moment, witness, lambda signals: signals.force, loose)
     if words is None:
         return
-    sign = -1.0 if "brakes" in words else 1.0
+    sign = -1.0 if "lost" in words else 1.0
 
     def largest(signals):
         values = signals.heat if "heat" in words else signals.fed
@@ -274,24 +274,21 @@ def of_drive(text, witness):
     """Torque, power and energy that the contact takes from the drive."""
     loose = ANY_SIZE if witness.report.result.status == "diverged" else 0.05
     times = rf"(?:, {NUM} times the rotor's kinetic energy)?"
-    way, other = "(takes|gives it) up to", "( taken from it| given to it)?"
-    most = rf"{way} {SAID} and {SAID}(?: from it)?, (?:at|from) (.*?)"
-    match = re.match(rf"the contact {most}; {SAID}{other} over the run{times}$", text)
+    way, other = "(rub torque on the shaft|the rub drives the shaft with)", "( taken from the shaft| given to the shaft)?"
+    most = rf"{way} up to {SAID}, power up to {SAID}, (?:at|from) (.*?)"
+    match = re.match(rf"{most}; {SAID}{other} over the run{times}$", text)
     if match is None:
         yield "unreadable"
         return
     way, torque, p, _, power, q, _, _, energy, e, _, other, times = match.groups()
-    sign = 1.0 if way == "takes" else -1.0
+    sign = 1.0 if way.startswith("rub torque") else -1.0
     power, energy = sign * float(power), (-sign if other else sign) * float(energy)
 
-    def given(signals):
-        return signals.friction * witness.machine.radius * np.interp(signals.time, witness.drive.time, witness.drive.speed)
-
     def total(signals):
-        return signals.integral(given(signals))
+        return signals.integral(signals.given)
 
     def largest(signals):
-        return witness.largest_mean(given(signals), signals)
+        return witness.largest_mean(signals.given, signals)
 
     problem = witness.number(power * PREFIX[q], largest, 2.0 * loose)
     yield problem and problem if problem == "skipped" else f"power, {problem}" if problem else ""
@@ -370,12 +367,12 @@ def of_check(text, witness):
     """The counts of the check line against the rows, and how the run ended against the second engine."""
     report = witness.report
     whirl = [row for row in report.rows if row.quantity == "whirl frequency"]
-    counted = re.search(r"of (\d+) windows? with a backward line (\d+) agree", text)
+    counted = re.search(r"(\d+) of (\d+) windows? with a backward line", text)
     own = [row for row in whirl if row.verdict not in ("no whirl", "not resolved")]
     unresolved = re.search(r"(\d+) of \d+ windows? cannot be compared", text)
     if int(unresolved[1] if unresolved else 0) != sum(row.verdict == "not resolved" for row in whirl):
         yield "the count of windows that are not resolved is not that of the rows"
-    if counted and (int(counted[1]), int(counted[2])) != (len(own), sum(row.verdict == "agrees" for row in own)):
+    if counted and (int(counted[1]), int(counted[2])) != (sum(row.verdict == "agrees" for row in own), len(own)):
         yield "the counts are not those of the rows"
     if not counted and own:
         yield f"{len(own)} windows with a backward line are not told"

@@ -117,7 +117,7 @@ def of_mu_min(text, witness):
         yield "skipped"
         return
     speed, friction, frequency = (float(value) for value in match.groups())
-    m, w, omega = witness.machine, 2.0 * np.pi * frequency, 2.0 * np.pi * speed
+    m, w, omega = witness.at(speed).machine, 2.0 * np.pi * frequency, 2.0 * np.pi * speed
 
     def asked(w):
         dynamic = m.stiffness - np.eye(len(m.row)) * w**2 + 1j * w * (m.damping - 1j * omega * m.gyroscopic)

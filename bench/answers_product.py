@@ -1,115 +1,128 @@
-"""Answers over the product of terms: which kinds of lines random scenes reach, and which of them a judge has seen.
+"""Answers over the product of terms: which kinds of lines random scenes reach, and each of them judged by a third engine.
 
-    python bench/answers_product.py [COUNT] [--seed 1] [--first 0]     default 40
+    python bench/answers_product.py [COUNT] [--seed 1] [--first 0] [--write]     default 40
 
 A scene has one to three contacts and each of these terms or not: an inner race, a torque-limited drive, coefficients that follow
-the speed, rotating damping, supports whose directions differ. `rsc.check` answers it. A kind of line is a pattern of KINDS; the
-table counts how many scenes said it and how many of these sayings were judged: those of what a drive makes of a motion by the
-third engine (drive_outcomes.py), with one contact and without a race. Lines of a scene with one contact and none of the terms are
-judged by bench/answers.py. What no scene reached stands at the end. Exit code 1 if a judged sentence is false.
+the speed, rotating damping, supports whose directions differ; some are one body, some slide on one side only, and the runs of
+some are measured by two probes as well. `rsc.check` (`rsc.compare`) answers it, and every line of the answer is judged by samples
+of the third engine (third_engine.py) from the same start: by the text at each contact (product_lines.py, product_measured.py),
+and what is said of lists by runs from the states in which the motions stood, after the impacts and under the torque
+(product_lists.py). A kind of line is a pattern of KINDS; the table counts how many sayings of it were judged, false, and could
+not be judged, since runs of the third engine from beside the start do not agree or the witness does not know it. What no scene
+reached stands at the end. --write: results/answers_product.md, anew after every four scenes. Scenes with a false line are saved
+under out/answers/. Exit code 1 if a line is false.
 """
 
 import argparse
 import collections
-import random
 import re
 import sys
 import time
+import warnings
 from pathlib import Path
 
-import numpy as np
-
-sys.path.append(str(Path(__file__).resolve().parent))
+sys.path += [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1] / "tools")]
 
 import rsc
-from drive_outcomes import judged
-from rsc.show.words.answer import answer
+from pages import RESULTS, ROOT, write_page
+from product_lines import judged
+from product_lists import of_list
+from product_measured import of_measured
+from product_scenes import product_scene
+from product_witness import ProductWitness
 
-TERMS = ("race", "torque", "knots", "rotating damping", "unequal supports")
 OUTCOMES = {
     "the drive holds it": r"the drive holds it", "brakes to": r"brakes to [\d.]+ Hz", "speeds up to": r"speeds up to [\d.]+ Hz",
     "captured": r"captured at", "stops": r"stops after", "leaves it": r"leaves it at",
     "settles elsewhere": r"settles (in|without)",
     "not settled": r"not settled|still (slowing|speeding)", "on the way": r"\(on the way",
 }  # fmt: skip
-# name -> (topic, pattern) of a line of the answer; topic "" for any
+BACKWARD = ("sliding", "rolling", "bouncing")
+LASTING = (*BACKWARD, "forward whirl", "forward rub", "partial rub", "resting", "running away", "no contact")
+SEVERITIES = ("safe", "unknown", "rub", "whirl", "destructive")
+# name -> (topic, pattern) of a line of the answer, or of a sentence on a list
 KINDS = {
-    **{f"drive: {name}": ("", pattern) for name, pattern in OUTCOMES.items()},
-    "drive: after the trip": ("", r"after the trip"),
-    "drive takes": ("drive", r"takes? up to"), "drive is given": ("drive", r"gives? it up to"),
-    "heat and races": ("drive", r"\(heat"),
-    "no backward whirl": ("whirl", r"no backward whirl"), "sliding": ("whirl", r"sliding"), "rolling": ("whirl", r"rolling"),
-    "bouncing": ("whirl", r"bouncing"), "forward rub": ("whirl", r"forward rub"), "partial rub": ("whirl", r"partial rub"),
-    "forward whirl": ("whirl", r"forward whirl"), "resting": ("whirl", r"resting"), "no contact": ("whirl", r"no contact"),
-    "not resolved": ("whirl", r"not resolved"), "kinds at several contacts": ("whirl", r" at \w+ and \w+"),
-    "frequency": ("frequency", r"Hz"), "amplitude": ("amplitude", r"gaps"), "force": ("force", r"normal"),
-    "change": ("change", r""), "at the end": ("at the end", r""),
-    "also possible": ("also possible", r""), "not reached": ("not reached", r""),
-    "mu_min": ("mu_min", r"is [\d.]+ \("),
-    "mu_min of no friction": ("mu_min", r"with any friction|no backward whirl is predicted"),
-    "check": ("check", r""),
+    **{f"verdict: {name}": ("verdict", rf"Severity: {name}") for name in SEVERITIES},
+    "verdict: no contact in this run": ("verdict", "^No contact"), "verdict: none of the impacts": ("verdict", "None of"),
+    "verdict: lasts, but none starts it": ("verdict", "which lasts once"),
+    "verdict: smallest impact": ("verdict", "smallest found"),
+    "verdict: beyond the model": ("verdict", "eyond the model"), "verdict: rolls on a race": ("verdict", "on a race"),
+    "verdict: assumed diameter": ("verdict", "give contact.diameter"),
+    **{f"run: {name}": ("whirl", name) for name in ("no backward whirl", *LASTING, "transient contact", "not resolved")},
+    "run: kinds at several contacts": ("whirl", r" at \w+ and \w+"), "frequency": ("frequency", r"Hz"),
+    "vibration": ("vibration", "pk-pk"), "vibration: mean position": ("vibration", "mean position"),
+    "vibration: the whirl's line": ("vibration", "whirl's line"), "closest approach: touches": ("closest approach", "touches"),
+    "closest approach: free": ("closest approach", r"^\d"), "force": ("force", r"normal"), "force: heat": ("force", "heat"),
+    "force: power in or lost": ("force", "power (input|lost)"), "at a contact: touches": ("at a contact", "pressed in"),
+    "at a contact: free": ("at a contact", "never touched"),
+    "drive takes": ("drive", r"rub torque on the shaft"), "drive is given": ("drive", r"the rub drives"),
+    "drive: heat and races": ("drive", r"\(heat"), "change": ("change", r""), "at the end": ("at the end", r""),
+    "coverage": ("coverage", ""), "mu_min": ("mu_min", r"is [\d.]+ \("),
+    "mu_min: with no friction": ("mu_min", r"with any friction"), "mu_min: runs away": ("mu_min", "runs away"),
+    "mu_min: not known": ("mu_min", "is not known"), "check": ("check", r""),
+    **{f"list: {name}": ("list", name) for name in LASTING}, "list: impacts that start a motion": ("impacts", ""),
+    "list: smallest impact": ("smallest", ""), "list: predicted, not reached": ("left", ""),
+    **{f"drive: {name}": ("held", pattern) for name, pattern in OUTCOMES.items()},
+    **{f"measured: {name}": (f"measured {name}", "") for name in ("signals", "motion", "frequency", "vibration", "1X", "model",
+       "would do", "force", "change", "check", "not told")},
 }  # fmt: skip
-JUDGED = tuple(f"drive: {name}" for name in OUTCOMES)
-
-
-def product_scene(seed, number):
-    """(scene, its terms) of a number: terms go through all combinations before the dice."""
-    dice, count = random.Random(f"product {seed}/{number}"), 1 + number % 3
-    terms = {term for i, term in enumerate(TERMS) if (number // 3) >> i & 1}
-
-    def log(low, high):
-        return float(np.exp(dice.uniform(np.log(low), np.log(high))))
-
-    mass, gap = log(2.0, 10.0), log(1e-4, 4e-4)
-    stiffness = mass * (2.0 * np.pi * log(20.0, 45.0)) ** 2
-    n = max(count, 1)
-    damping = 0.04 * np.sqrt(mass * stiffness)
-    rotor = {
-        "model": "chain", "masses": [mass * dice.uniform(0.8, 1.5) for _ in range(n)],
-        "stiffnesses": [stiffness * dice.uniform(0.5, 1.5) for _ in range(n + 1)], "dampings": [damping] * (n + 1),
-        "eccentricity": [gap * log(0.02, 0.4)] + [0.0] * (n - 1),
-    }  # fmt: skip
-    if "rotating damping" in terms:
-        rotor["rotating_damping"] = [0.1 * damping] * (n + 1)
-    support = 0.15 * stiffness
-    if "unequal supports" in terms:
-        rotor["supports"] = [[0, [support, 0.0, 0.0, 0.5 * support], [0.0, 0.0, 0.0, 0.0]]]
-    if "knots" in terms:
-        laws = [[hz, [rise * support, 0.0, 0.0, rise * support], [1.0, 0.0, 0.0, 1.0]] for hz, rise in ((10.0, 0.5), (80.0, 1.5))]
-        rotor["supports_by_speed"] = [[0, laws]]
-    stator = {"model": "laval", "mass": 0.7 * mass, "frequency": log(80.0, 160.0), "damping_ratio": 0.06}
-    speed, contacts = log(20.0, 70.0), []
-    for i in range(count):
-        diameter = log(0.02, 0.08)
-        contacts.append({
-            "name": ("seal", "bush", "ring")[i], "rotor_coordinate": i, "stator_coordinate": 0,
-            "gap": gap * dice.uniform(0.8, 1.3), "friction": log(0.05, 0.35), "stiffness": stiffness * log(20.0, 100.0),
-            "damping_ratio": 0.1, "diameter": diameter,
-            "slip_velocity": 0.05 * np.pi * speed * diameter,
-        })  # fmt: skip
-    if "race" in terms:
-        contacts[0] |= {"race_inertia": 1e-4, "race_drag": 1e-5}
-    drive = {"speed": speed, "duration": 1.0}
-    if "torque" in terms:
-        inertia = 0.02 * mass * 0.05
-        strong = inertia * 2.0 * np.pi * speed / log(0.3, 3.0)
-        drive |= {"inertia": inertia, "torque": [[0.0, strong], [speed, 0.2 * strong], [1.2 * speed, -0.3 * strong]]}
-        drive |= {"trip": 0.7, "coast": [[0.0, -0.05 * strong]]} if dice.random() < 0.4 else {}
-    angle = dice.uniform(0.0, 2.0 * np.pi)
-    moving = [[gap * 2.0 * np.pi * speed * 2.0 * np.cos(angle), gap * 2.0 * np.pi * speed * 2.0 * np.sin(angle)]]
-    start = {"rotor": [[0.0, 0.0]] * n, "rotor_velocity": moving + [[0.0, 0.0]] * (n - 1),
-             "stator": [[0.0, 0.0]], "stator_velocity": [[0.0, 0.0]]}  # fmt: skip
-    title = f"product {seed}/{number}: {count} contacts, {', '.join(sorted(terms)) or 'no more'}"
-    tables = {"title": title, "rotor": rotor, "stator": stator, "contact": contacts if count > 1 else contacts[0]}
-    return rsc.Scene.from_dict({**tables, "drive": drive, "start": start, "output": {"rate": 4000.0}}), terms
+SAVED = ROOT / "out" / "answers"
+EVERY = 4  # scenes after which the table is written
 
 
 def kinds_said(lines):
     """Names of the KINDS that lines (topic, text) of an answer say."""
     return {
         name for name, (wanted, pattern) in KINDS.items()
-        if any(wanted in ("", topic) and re.search(pattern, text) for topic, text in lines)
+        if any(wanted == topic and re.search(pattern, text) for topic, text in lines)
     }  # fmt: skip
+
+
+def sayings(scene, terms):
+    """(topic, text, [what is false, "" or "skipped"]) of all that is said of a scene."""
+    report = rsc.check(scene)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the judge
+        witness = ProductWitness(report, scene)
+        yield from judged(report, witness)
+        for listed in report.motions:
+            for topic, text, problem in of_list(report.result.scene, listed, scene if "torque" in terms else None):
+                yield topic, text, [problem]
+        if "measured" in terms:
+            yield from of_measured(report.result, witness.runs.of(0)[0])
+
+
+class Table:
+    """How often each kind of line was said, false, and not judged."""
+
+    def __init__(self):
+        self.said, self.false, self.skipped = collections.Counter(), collections.Counter(), collections.Counter()
+        self.scenes, self.wrong, self.lines, self.reached = 0, 0, 0, collections.Counter()
+
+    def add(self, told, terms):
+        """The sayings of a scene with its terms."""
+        self.scenes, self.lines = self.scenes + 1, self.lines + len(told)
+        self.reached.update(terms)
+        false = [problem for *_, problems in told for problem in problems if problem not in ("", "skipped")]
+        self.wrong += len(false)
+        for topic, text, problems in told:
+            kinds = kinds_said([(topic, text)])
+            self.said.update(kinds)
+            if any(problem not in ("", "skipped") for problem in problems):
+                self.false.update(kinds)
+            elif "skipped" in problems:
+                self.skipped.update(kinds)
+        return false
+
+    def text(self):
+        """Lines of Markdown."""
+        unreached = [name for name in KINDS if not self.said[name]]
+        terms = ", ".join(f"{count} {term}" for term, count in sorted(self.reached.items()))
+        rows = [f"| {name} | {n} | {n - self.skipped[name] - self.false[name]} | {self.false[name]} | {self.skipped[name]} |"
+                for name in KINDS if (n := self.said[name])]  # fmt: skip
+        head = f"{self.scenes} scenes ({terms}), {self.lines} lines and sentences, {self.wrong} false."
+        return [head, "", "| kind of line | said | true | false | not judged |", "|---|---|---|---|---|", *rows, "",
+                f"Reached by no scene: {', '.join(unreached) or 'none'}."]  # fmt: skip
 
 
 def main():
@@ -118,23 +131,29 @@ def main():
     parser.add_argument("count", nargs="?", type=int, default=40)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--write", action="store_true", help="write the table to bench/results")
     options = parser.parse_args()
-    said, seen, false = collections.Counter(), collections.Counter(), 0
+    table = Table()
     for number in range(options.first, options.first + options.count):
         begun = time.process_time()
         scene, terms = product_scene(options.seed, number)
-        said.update(kinds_said(answer(rsc.check(scene))))
-        if "torque" in terms and "race" not in terms and len(scene.contacts) == 1:
-            for _, sentence, wrong, skipped in judged(scene, scene.drive.speed[0]):
-                seen.update(kinds_said([("", sentence)]) if not skipped else ())
-                false += bool(wrong) and not skipped
-                print(f"    {sentence}" + (f": FALSE, {wrong}" if wrong and not skipped else ""), flush=True)
-        print(f"{scene.title}: {time.process_time() - begun:.1f} s", flush=True)
-    print("\n".join(["| kind of line | scenes that said it | judged here |", "|---|---|---|"]))
-    for name in KINDS:
-        print(f"| {name} | {said[name]} | {seen[name] if name in JUDGED else '-'} |")
-    print(f"false: {false}; reached by no scene: {', '.join(name for name in KINDS if not said[name] + seen[name]) or 'none'}")
-    return 1 if false else 0
+        told = list(sayings(scene, terms))
+        false = table.add(told, terms)
+        print(f"{scene.title}: {len(told)} lines, {time.process_time() - begun:.1f} s", flush=True)
+        for topic, text, problems in told:
+            for problem in problems:
+                if problem:
+                    print(f"    {'' if problem == 'skipped' else 'FALSE '}{topic}: {problem}: {text}", flush=True)
+        if false:
+            SAVED.mkdir(parents=True, exist_ok=True)
+            comment = "".join(f"# {one}\n" for one in false)
+            (SAVED / f"product_{options.seed}_{number}.toml").write_text(comment + scene.to_toml(), encoding="utf-8")
+        if options.write and (table.scenes % EVERY == 0 or table.scenes == options.count):
+            command = f"python bench/answers_product.py {table.scenes} --seed {options.seed} --first {options.first} --write"
+            title = "Answers over the product of terms, judged by a third engine"
+            write_page(RESULTS / "answers_product.md", title, command, "\n".join(table.text()))
+    print("\n".join(table.text()))
+    return 1 if table.wrong else 0
 
 
 if __name__ == "__main__":

@@ -54,12 +54,14 @@ class Witness:
     def every(self):
         """All runs; more of them where the first few do not stay together."""
         while len(self.signals) < RUNS or (len(self.signals) < CHAOTIC and self._apart(self.end)):
-            beside = self._start.beside(self._dice, DISTURBED)
-            away = DISTURBED * self.machine.gap * self._dice.normal(size=2) @ [1.0, 1j]
-            self.signals.append(
-                self._run(beside._replace(x=beside.x + away * abs(self.machine.push) / abs(self.machine.push).max()))
-            )
+            self.signals.append(self._one_more())
         return self.signals
+
+    def _one_more(self):
+        """One more run, from beside the start."""
+        beside = self._start.beside(self._dice, DISTURBED)
+        away = DISTURBED * self.machine.gap * self._dice.normal(size=2) @ [1.0, 1j]
+        return self._run(beside._replace(x=beside.x + away * abs(self.machine.push) / abs(self.machine.push).max()))
 
     def largest_mean(self, values, signals):
         """The largest mean of some samples over a stretch, with its sign."""

@@ -1,12 +1,13 @@
 """What is said of motions under a torque-limited drive, judged: every sentence on random machines by another integration.
 
-    python bench/drive_outcomes.py [COUNT] [--seed 1] [--first 0]     default 50
+    python bench/drive_outcomes.py [COUNT] [--seed 1] [--first 0] [--write]     default 50
 
 Each machine is one of several rotors in a rigid or an elastic stator, with a motor whose torque falls over the speed or that has
-tripped. Every motion that `rsc.motions` lists is released by the third engine (drive_engine.py) from the state in which its run
+tripped. Every motion that `rsc.motions` lists is released by the third engine (third_engine.py) from the state in which its run
 stood, for longer than the sentence needs. Asked: what it ends in, the final speed within 0.5 %, the time of a stop within 2 %,
 contact and sense of turning at the end, and that a motion which is left is there until then. A release on which runs of the third
-engine with two lengths of steps disagree is skipped and counted. Exit code 1 if a sentence is false.
+engine with two lengths of steps disagree is skipped and counted. --write: results/drive_outcomes.md. Exit code 1 if a sentence is
+false.
 """
 
 import argparse
@@ -18,10 +19,10 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.append(str(Path(__file__).resolve().parent))
+sys.path += [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().parents[1] / "tools")]
 
 import rsc
-from drive_engine import machine_of, release, step_of
+from pages import RESULTS, write_page
 from rsc.measure.kinds import BACKWARD, Kind
 from rsc.show.words.held import outcome_text
 from rsc.study.motions.motions import Search
@@ -29,6 +30,7 @@ from rsc.study.motions.release import with_held
 from rsc.study.motions.settle import shown
 from rsc.system.assemble import assemble
 from rsc.system.held import BRAKES, CAPTURED, HOLDS, SPEEDS_UP, STOPS, UNKNOWN
+from third_engine import GAP, TooStiff, machine_of, release, step_of
 
 SPEED, STOP, KNOCKS = 0.005, 0.02, 6
 MOST_STEPS = 400_000  # of the third engine, some 20 s
@@ -81,15 +83,23 @@ def machine(seed, number):
 def judged(scene, speed, starts=KNOCKS, seed=0):
     """(outcome, sentence, what is false of it or "", whether it was skipped) of every released motion of a scene."""
     search = Search(scene.steady(speed), speed)
-    listed = with_held(search, search.motions(starts, seed), scene)
+    yield from judged_held(scene, search, with_held(search, search.motions(starts, seed), scene))
+
+
+def judged_held(scene, search, listed):
+    """The same of a list that a search has made; scene: with its torque."""
     system = assemble(scene)
     for group, motion in zip(search.groups, listed.motions, strict=True):
         end = shown(group)
         for one in motion.held:
             table = scene.drive.coast if one.coasting else scene.drive.torque
-            false = list(_false(system, end, motion, one, table))
-            skipped = bool(false) and not _agrees(system, end, one, table)
-            yield one.outcome, f"{motion.motion}: {outcome_text(one)}", "; ".join(false), skipped
+            sentence = f"{motion.motion}: {outcome_text(one)}"
+            try:
+                false = list(_false(system, end, motion, one, table))
+                skipped = bool(false) and not _agrees(system, end, one, table)
+            except TooStiff:
+                false, skipped = ["too stiff for the third engine"], True
+            yield one.outcome, sentence, "; ".join(false), skipped
 
 
 def _length(system, one):
@@ -122,24 +132,31 @@ def _false(system, end, motion, one, table):
     if {HOLDS: abs(speed - one.begin) > 2.0 * SPEED * one.begin, SPEEDS_UP: speed < one.begin, CAPTURED: speed < one.begin,
         BRAKES: speed > one.begin}.get(one.outcome, False):  # fmt: skip
         yield f"{one.outcome} from {one.begin:.5g} Hz to {speed:.5g} Hz"
-    kinds = _kinds(path, 0.85 * last, last, system.contact.gap)
+    kinds = _kinds(path, 0.85 * last, last)
     if one.motion not in kinds:
         yield f"ends in {' or '.join(sorted(kinds))}"
     before = 0.3 * one.left_time, 0.8 * one.left_time
-    if one.left_time > 0.1 * last and motion.motion not in _kinds(path, *before, system.contact.gap):
+    if one.left_time > 0.1 * last and motion.motion not in _kinds(path, *before):
         yield f"has left it before {one.left_time:.3g} s"
 
 
-def _kinds(path, begin, end, gap):
-    """What a part of a run may be called: by its share of contact and the turns of the deflection beside the shaft's."""
+def _kinds(path, begin, end):
+    """What a part of a run may be called: by its share of contact and the turns of the deflection beside the shaft's, at any of
+    the contacts that touch."""
     own = slice(int(np.searchsorted(path.time, begin)), int(np.searchsorted(path.time, end)) + 1)
-    share = float((abs(path.d[own]) > gap).mean())
-    if share == 0.0:
-        return {str(Kind.NO_CONTACT)}
-    turned = np.unwrap(np.angle(path.d[own]))
-    turned = (turned[-1] - turned[0]) / (2.0 * np.pi)
-    shaft = path.turns[own][-1] - path.turns[own][0]
-    kinds = set()
+    shaft, kinds = path.turns[own][-1] - path.turns[own][0], set()
+    for d, gap in zip(path.d[own].T, path.machine.surfaces[:, GAP], strict=True):
+        share = float((abs(d) > gap).mean())
+        if share == 0.0:
+            continue
+        turned = np.unwrap(np.angle(d))
+        kinds |= _kinds_at(share, float(turned[-1] - turned[0]) / (2.0 * np.pi), shaft)
+    return kinds or {str(Kind.NO_CONTACT)}
+
+
+def _kinds_at(share, turned, shaft):
+    """The same of a contact: its share of the time in contact, turns of its deflection and of the shaft."""
+    kinds = {str(Kind.NOT_RESOLVED)}
     if turned < 0.0:
         kinds |= {str(kind) for kind in BACKWARD}
     if share > 0.98 and abs(turned - shaft) < 1.0 + 0.02 * shaft:
@@ -148,7 +165,7 @@ def _kinds(path, begin, end, gap):
         kinds |= {str(Kind.RESTING)}
     if share > 0.45 and turned > 0.0:
         kinds |= {str(Kind.FORWARD_WHIRL)}
-    return kinds | ({str(Kind.PARTIAL_RUB)} if share < 0.995 or abs(turned) < 3.0 else set()) | {str(Kind.NOT_RESOLVED)}
+    return kinds | ({str(Kind.PARTIAL_RUB)} if share < 0.995 or abs(turned) < 3.0 else set())
 
 
 def _agrees(system, end, one, table):
@@ -159,26 +176,40 @@ def _agrees(system, end, one, table):
     return abs(ends[0] - ends[1]) <= SPEED * max(ends) and abs(paths[0].time[-1] - paths[1].time[-1]) < STOP * length
 
 
+def table_of(machines, cases):
+    """Lines of Markdown on (outcome, sentence, what is false, whether it was skipped) of some machines."""
+    wrong, skips = (sum(bool(false) and skipped == own for *_, false, skipped in cases) for own in (False, True))
+    lines = [f"{machines} machines, {len(cases)} sentences: {wrong} false, {skips} skipped.", ""]
+    lines += ["| outcome | sentences | false | skipped |", "|---|---|---|---|"]
+    for outcome, n in collections.Counter(case[0] for case in cases).most_common():
+        own = [(bool(false), skipped) for name, _, false, skipped in cases if name == outcome]
+        lines.append(f"| {outcome} | {n} | {own.count((True, False))} | {own.count((True, True))} |")
+    return lines
+
+
 def main():
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("count", nargs="?", type=int, default=50)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--write", action="store_true", help="write the table to bench/results")
     options = parser.parse_args()
-    count, wrong, skips, machines = collections.Counter(), 0, 0, 0
+    cases = []
     for number in range(options.first, options.first + options.count):
         begun, scene = time.process_time(), machine(options.seed, number)
-        machines += 1
-        for outcome, sentence, false, skipped in judged(scene, scene.drive.speed[0]):
-            count[outcome] += 1
-            skips += skipped
-            wrong += bool(false) and not skipped
+        for case in judged(scene, scene.drive.speed[0]):
+            cases.append(case)
+            _, sentence, false, skipped = case
             print(f"{number} {sentence}" + (f"\n    {'skipped' if skipped else 'FALSE'}: {false}" if false else ""), flush=True)
         print(f"{number} {scene.title}: {time.process_time() - begun:.1f} s", flush=True)
-    kinds = ", ".join(f"{n} {outcome}" for outcome, n in count.most_common())
-    print(f"{machines} machines, {count.total()} sentences ({kinds}): {wrong} false, {skips} skipped")
-    return 1 if wrong else 0
+    text = "\n".join(table_of(options.count, cases))
+    print(text)
+    if options.write:
+        command = f"python bench/drive_outcomes.py {options.count} --seed {options.seed} --first {options.first} --write"
+        title = "What is said of motions under a drive, judged by a third engine"
+        write_page(RESULTS / "drive_outcomes.md", title, command, text)
+    return 1 if any(false and not skipped for *_, false, skipped in cases) else 0
 
 
 if __name__ == "__main__":

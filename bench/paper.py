@@ -255,7 +255,7 @@ def write_table():
 
 
 def mark_speed(figure, speed, words):
-    """A speed of a Campbell picture marked and named at its right edge."""
+    """A speed of a Campbell diagram marked and named at its right edge."""
     axes = figure.axes[0]
     axes.axhline(speed, color="tab:blue", linestyle=":", linewidth=1.2)
     axes.annotate(words, (0.99, speed), xycoords=axes.get_yaxis_transform(), xytext=(0, -3), textcoords="offset points",

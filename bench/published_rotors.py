@@ -14,9 +14,13 @@ F: M. I. Friswell et al., Dynamics of Rotating Machines, Cambridge 2010, example
     ROSS (its tests/test_examples.py keeps the printed figures), rad/s.
 VM254: the rotor of N&M on bearings with cross-coupled stiffness, whirls in rpm at 100,000 rpm, as the verification case VM254 of
     Ansys keeps them (vm254.dat beside vm247.dat).
-SDLL124, SDLL125, SDLL128: test cases of code_aster (github.com/ralic/Code_Aster, astest/sdll124a.comm and so on, with meshes),
-    Hz and damping ratios. SDLL124 is the rotor of L&F as the case has it; it and SDLL125 have the figures of another source
-    (VALE_REFE), SDLL128 those of code_aster itself (VALE_CALC) with coefficients half-way between those of 5,000 and 6,500 rpm.
+VM261: E. S. Zorzi, H. D. Nelson, Finite element simulation of rotor-bearing systems with internal damping, J. Eng. Power 99
+    (1977) 71: forward critical speeds in rpm of a shaft whose damping turns with it, as the verification case of Ansys keeps them
+    (src/ansys/mapdl/core/examples/verif/vm261.dat). Two decrements that the case reads from a figure are left out.
+SDLL124, SDLL125, SDLL128, SDLL129: test cases of code_aster (github.com/ralic/Code_Aster, astest/sdll124a.comm and so on, with
+    meshes), Hz and damping ratios. SDLL124 is the rotor of L&F as the case has it; it and SDLL125 have the figures of another
+    source (VALE_REFE), SDLL128 those of code_aster itself (VALE_CALC) with coefficients half-way between those of 5,000 and 6,500
+    rpm; SDLL129 is the same rotor at 0 and 20,000 rpm, again with those of another source.
 """
 
 import sys
@@ -140,18 +144,45 @@ def sdll125():
     })  # fmt: skip
 
 
-def sdll128():
-    """A stepped shaft with three discs, the coefficients of its bearings as they are at 5,750 rpm."""
+def stepped(name, first, second):
+    """The stepped shaft with three discs of SDLL128 and SDLL129 on its two bearings."""
     places = np.array([0, 20, 55, 90, 115, 140, 170, *range(200, 601, 50), 630, 670, 710, 750, 775, 800], dtype=float)
     outer = np.array([*[0.16] * 6, *[0.09] * 9, *[0.06] * 6])
     inner = np.array([*[0.12] * 5, *[0.0] * 16])
-    first = (7, (9.5e7, 1.2e5, -1.2e5, 4.5e8), (1.4e5, -100.0, 100.0, 3.9e5))
-    second = (16, (6.5e7, 1.05e5, -1.05e5, 1.45e8), (1.1e5, -100.0, 100.0, 1.7e5))
     disks = [(1, 20.0, 0.4, 0.2), (3, 17.0, 0.34, 0.17), (19, 10.0, 0.03, 0.015)]
-    return aster("SDLL128", typed(1e-3 * places, inner, outer, STEEL, disks, [first, second], "SDLL128"), {
+    return typed(1e-3 * places, inner, outer, STEEL, disks, [(7, *first), (16, *second)], name)
+
+
+def sdll128():
+    """The coefficients of the bearings as they are at 5,750 rpm."""
+    first = (9.5e7, 1.2e5, -1.2e5, 4.5e8), (1.4e5, -100.0, 100.0, 3.9e5)
+    second = (6.5e7, 1.05e5, -1.05e5, 1.45e8), (1.1e5, -100.0, 100.0, 1.7e5)
+    return aster("SDLL128", stepped("SDLL128", first, second), {
         5750: ((137.2238, 0.525418), (219.8956, 0.141407), (319.1617, 0.196733), (380.5201, 0.192999), (414.7641, 0.651724),
                (1489.107, 0.151458), (1548.636, 0.122607), (1865.908, 0.383738)),
     })  # fmt: skip
+
+
+def sdll129():
+    """The coefficients up to 5,000 rpm and from 14,000 rpm on."""
+    slow = stepped("SDLL129", ((9e7, 9e4, -9e4, 5e8), (1.5e5, -100.0, 100.0, 4.5e5)),
+                   ((6e7, 8e4, -8e4, 1.5e8), (1.2e5, -100.0, 100.0, 1.9e5)))  # fmt: skip
+    fast = stepped("SDLL129", ((1.2e8, 7e5, -7e5, 3e8), (7e4, -400.0, 300.0, 1.5e5)),
+                   ((1e8, 6e5, -6e5, 1.4e8), (6e4, -300.0, 300.0, 8e4)))  # fmt: skip
+    at_rest = ((130.695, 0.637866), (227.925, 0.0958757), (313.311, 0.227364), (381.529, 0.652812), (390.802, 0.177361),
+               (1448.01, 0.142312), (1554.84, 0.107354), (2050.12, 0.308294))  # fmt: skip
+    turning = ((123.683, 0.124817), (200.581, 0.217961), (286.743, 0.181652), (308.624, 0.432727), (370.338, 0.254912),
+               (409.861, 0.558764), (813.124, 0.47323), (997.312, 0.493828))  # fmt: skip
+    return [aster("SDLL129, at rest", slow, {0: at_rest}), aster("SDLL129, turning", fast, {20000: turning})]
+
+
+def vm261():
+    """A shaft without shear, its damping 0.2 ms times its stiffness, on two springs."""
+    section = Section(1.27 / 5, (0.1016, 0.1016), (0.0, 0.0), Material(7800.0, 2.1e11, 0.3))
+    supports = tuple(_support(place, (1.75e7, 1.75e7)) for place in (0.0, 1.27))
+    shaft = Shaft((section,) * 5, supports=supports, rotating_damping=2e-4, shear=False)
+    return Published("VM261", model_of(shaft, shaft.stations, "VM261"),
+                     [(rpm * RPM, rpm * RPM, f"{rpm:.0f} rpm", np.nan) for rpm in (4950, 10500)])  # fmt: skip
 
 
 def friswell(name, disks, supports, printed):
@@ -176,7 +207,7 @@ def rotors():
                  {0: (82.65, 86.66, 254.52, 274.31, 679.49), 4000: (82.33, 86.86, 239.64, 287.25, 583.49)}),
         friswell("F 5.9.9", [(6, 0.35)], [(node, (1e7, 1e7)) for node in (0, 4)],
                  {0: (90.14, 630.73, 830.43), 4000: (76.19, 103.91, 565.99, 634.23, 647.75, 1174.2)}),
-        vm254(), sdll124(), sdll125(), sdll128(),
+        vm254(), vm261(), sdll124(), sdll125(), sdll128(), *sdll129(),
     ]  # fmt: skip
 
 

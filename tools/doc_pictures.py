@@ -23,7 +23,7 @@ from rsc.study.sweep.sweep import computed
 ROOT = Path(__file__).resolve().parents[1]
 IMAGES = ROOT / "docs" / "images"
 RIGHT = "gyroscopic_figure3_right"
-LEFT = "gyroscopic_figure3_left"  # of which only the Campbell picture is kept
+LEFT = "gyroscopic_figure3_left"  # of which only the Campbell diagram is kept
 WIDTH, COLOURS = 1300, 256
 # windows of a browser: name -> width, height, colour scheme
 SCREENS = {"page": (1180, 1500, "light"), "page_phone": (420, 1500, "dark")}

@@ -84,7 +84,7 @@ def test_a_forward_rub_that_is_no_circle_is_not_claimed():
         assert (over.growth_rate < 0.0).all() and (over.stable == claimed).all()
         assert over.mirror[-1] == rub_mirror_share(system, *forward_rub(system, TWO_PI * 44.0), TWO_PI * 44.0)
         told = rub_remarks([over])
-        assert len(told) == (not claimed) and all("no circle between 43 and 44 Hz" in remark for remark in told)
+        assert len(told) == (not claimed) and all("not circular between 43 and 44 Hz" in remark for remark in told)
 
 
 def ross_rub(folder, speed):
@@ -118,7 +118,7 @@ def test_what_is_claimed_of_a_forward_rub_on_unequal_bearings_is_what_runs_do(tm
     assert claimed == pytest.approx((109.83, 144.74), abs=0.1)
     assert [*unclaimed[0], *unclaimed[1]] == pytest.approx([81.31, claimed[0], claimed[1], 150.0], abs=0.1)
     spans = [f"{low:.5g} .. {high:.5g} Hz" for low, high in (claimed, *unclaimed)]
-    assert stable_stretches(rub) == f"stable {spans[0]}, no circle (nothing is claimed) {spans[1]} and {spans[2]}"
+    assert stable_stretches(rub) == f"stable {spans[0]}, not circular (stability not assessed) {spans[1]} and {spans[2]}"
     assert np.isnan(stability(rub)[(rub.speed > 82.0) & (rub.speed < 109.0)]).all()
     for speed, circular in ((130.0, True), (90.0, False)):
         scene_there = ross_rub(tmp_path, speed)

@@ -13,10 +13,10 @@ from rsc.machine.imports.store import save_model
 
 # print is rounded to four or five digits (F); Lalanne and Ferraris take another shear and mass of the elements; the lengths of
 # Nelson and McVaugh are known to three digits; the source of SDLL124 at 30,000 rpm and code_aster have other elements, which
-# shows most in the fast, strongly damped modes of SDLL128
+# shows most in the fast, strongly damped modes of SDLL128; that of SDLL129 at rest and code_aster differ by 7.6 % at 2050 Hz
 TOLERANCE = {"N&M": 5e-3, "L&F": 1.2e-3, "F 5.9.1": 6e-5, "F 5.9.2": 6e-5, "F 5.9.9": 6e-5, "VM254": 6e-3, "SDLL124": 2.5e-3,
-             "SDLL125": 1.2e-3, "SDLL128": 0.02}  # fmt: skip
-DAMPING = {"SDLL124": 6e-5, "SDLL125": 8e-4, "SDLL128": 0.009}
+             "SDLL125": 1.2e-3, "SDLL128": 0.02, "SDLL129, at rest": 0.061, "SDLL129, turning": 0.016, "VM261": 4e-3}  # fmt: skip
+DAMPING = {"SDLL124": 6e-5, "SDLL125": 8e-4, "SDLL128": 0.009, "SDLL129, at rest": 0.013, "SDLL129, turning": 0.016}
 ROTORS = {rotor.name: rotor for rotor in published_rotors.rotors()}
 
 
@@ -28,7 +28,7 @@ def test_modes_are_those_that_were_printed(name):
 
 def test_sixty_figures_and_more_are_compared():
     rows = [row for rotor in ROTORS.values() for row in rotor.printed]
-    assert len(rows) >= 60 and sum(ratio == ratio for *_, ratio in rows) == 24
+    assert len(rows) >= 60 and sum(ratio == ratio for *_, ratio in rows) == 40
 
 
 def test_senses_of_the_critical_speeds_are_those_that_were_printed():

@@ -33,7 +33,7 @@ def shim(folder):
 
 def driven(library, share, faults="writes"):
     """(calls of a whole run, [[mode, call, left, verdict]]) of a share of all its calls, in every mode; faults: of writes, or of
-    allocations of memory."""
+    allocations of memory; or kills at so many of the last writes ("end")."""
     paths = os.pathsep.join(filter(None, sys.path))  # the rsc that this process has
     environment = os.environ | {"LD_PRELOAD": str(library), "FAULT_SHIM": str(library), "PYTHONPATH": paths}
     command = [sys.executable, str(Path(__file__).resolve()), str(share), faults]
@@ -103,17 +103,21 @@ def _main(share, faults):
     from rsc.simulation import run
     from systems import reference_scene
 
-    scene = reference_scene("bouncing").with_values({"drive.duration": 5.0})
+    scene = reference_scene("bouncing").with_values({"drive.duration": 20.0 if faults == "end" else 5.0})
     run.BUFFER_ROWS = 2300  # some blocks, of which one crosses a chunk's border
     whole = rsc.simulate(scene)
     library = ctypes.CDLL(os.environ["FAULT_SHIM"])
-    tried = {"writes": _of_writes, "memory": _of_memory}[faults](library)
+    tried = {"writes": _of_writes, "end": _of_writes, "memory": _of_memory}[faults](library)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "run.h5")
         calls = tried.count(lambda: rsc.simulate(scene, path=path))
         print(json.dumps(calls))
-        for name, mode in tried.modes.items():
-            for call in sorted({round(i / max(share * calls - 1, 1) * (calls - 1)) for i in range(max(int(share * calls), 2))}):
+        chosen = sorted({round(i / max(share * calls - 1, 1) * (calls - 1)) for i in range(max(int(share * calls), 2))})
+        modes = list(tried.modes.items())
+        if faults == "end":
+            chosen, modes = range(calls - int(share), calls), modes[:1]
+        for name, mode in modes:
+            for call in chosen:
                 for item in Path(folder).iterdir():
                     item.unlink()
 

@@ -104,17 +104,24 @@ def code(summary: "Summary", told: bool = False) -> int:
     return {"finished": OK, "interrupted": INTERRUPTED}.get(str(summary.status), NUMERICS)
 
 
-def in_hertz(text: str) -> float:
-    """A rotor speed in Hz from "50" or "3000 rpm"."""
-    from rsc.units import QuantityError, quantity
+def in_si(dimension: str) -> Callable[[str], float]:
+    """What reads an option: a plain number in SI, of frequencies Hz, or a number with a unit as everywhere else."""
 
-    try:
-        return float(text)  # whether a rotor can have it is for the command to say
-    except ValueError as no_number:
+    def read(text: str) -> float:
+        from rsc.units import QuantityError, quantity
+
         try:
-            return quantity(text, "frequency")
-        except QuantityError as error:
-            raise argparse.ArgumentTypeError(f"{text!r} {error}") from no_number
+            return float(text)  # whether it can be is for the command to say
+        except ValueError as no_number:
+            try:
+                return quantity(text, dimension)
+            except QuantityError as error:
+                raise argparse.ArgumentTypeError(f"{text!r} {error}") from no_number
+
+    return read
+
+
+in_hertz = in_si("frequency")  # a rotor speed from "50" or "3000 rpm"
 
 
 def refuse_shared(command: str, inputs: Sequence[str | Path], outputs: Sequence[str | Path]) -> None:

@@ -3,7 +3,7 @@
 import argparse
 import json
 
-from rsc.cli.common import INTERRUPTED, JSON, OK, Commands, add_units, in_hertz, load
+from rsc.cli.common import INTERRUPTED, JSON, OK, Commands, add_units, in_hertz, in_si, load
 from rsc.cli.progress import shown_runs
 
 
@@ -13,7 +13,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="constant rotor speed; by default the scene's")
     parser.add_argument("--contact", metavar="NAME", help="impact at this one of several contacts; by default at the first")
     parser.add_argument("--directions", metavar="N", type=int, default=24, help="over the full turn (default: 24)")
-    parser.add_argument("--largest", metavar="NS", type=float, help="largest impulse in N s that is tried")
+    parser.add_argument("--largest", metavar="NS", type=in_si("impulse"), help="largest impulse that is tried, such as \"2 N s\"")
     parser.add_argument("--json", action="store_true", help=JSON)
     add_units(parser)
 

@@ -19,7 +19,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("scene", metavar="SCENE", help="a scene, or the .npz of `rsc import`: the machine before any reduction")
     parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed; by default the scene's first")
     parser.add_argument("--speeds", metavar="FROM:TO:NUMBER", help="a Campbell table over rotor speeds, with the critical speeds")
-    text = "with --speeds: Campbell picture, or its table as .csv; without: drawing and mode shapes of a shaft by its stations"
+    text = "with --speeds: Campbell diagram, or its table as .csv; without: drawing and mode shapes of a shaft by its stations"
     parser.add_argument("-o", "--output", metavar="FILE", help=text)
     parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--json", action="store_true", help=JSON)
@@ -30,6 +30,7 @@ def modes_command(options: argparse.Namespace) -> int:
     from rsc.analysis.alone.modes import modes
     from rsc.show.pictures.modes import SHOWN, campbell_text, modes_text
     from rsc.show.words.text import plain
+    from rsc.show.words.wording import sentence_in_units
     from rsc.study.prediction.predictions import turned_forward
     from rsc.study.prediction.reductions import mode_remarks
 
@@ -45,7 +46,8 @@ def modes_command(options: argparse.Namespace) -> int:
         scene, (speed,) = turned_forward(scene, [speed], note)
         made = modes(scene, speed)
         told = [] if options.json else mode_remarks(scene, made, SHOWN)
-        print(json.dumps(plain(made)) if options.json else "\n\n".join([modes_text(made, scene.title), *told]))
+        texts = [modes_text(made, scene.title), *map(sentence_in_units, told)]
+        print(json.dumps(plain(made)) if options.json else "\n\n".join(texts))
         if options.output is not None:
             _draw(scene, speed, options)
         return OK

@@ -4,7 +4,7 @@ import argparse
 import json
 import sys
 
-from rsc.cli.common import FORCE, INTERRUPTED, JSON, OK, Commands, add_units, in_hertz, load
+from rsc.cli.common import FORCE, INTERRUPTED, JSON, OK, Commands, add_units, in_hertz, in_si, load
 from rsc.cli.progress import shown_runs
 
 
@@ -14,7 +14,8 @@ def add(commands: Commands) -> None:
     parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed; by default the scene's first")
     parser.add_argument("--starts", metavar="N", type=int, default=64, help="random impacts (default: 64)")
     parser.add_argument("--seed", metavar="N", type=int, default=0, help="of the random impacts (default: 0)")
-    parser.add_argument("--largest", metavar="NS", type=float, help="largest impulse in N s of a random impact")
+    text = "largest impulse of a random impact, such as \"2 N s\""
+    parser.add_argument("--largest", metavar="NS", type=in_si("impulse"), help=text)
     parser.add_argument("--smallest", action="store_true", help="look for the smallest impulse that starts each motion as well")
     parser.add_argument("-o", "--output", metavar="PNG", help="picture of the random impacts, coloured by where they end")
     parser.add_argument("--force", action="store_true", help=FORCE)

@@ -28,6 +28,9 @@ def predict_command(options: argparse.Namespace) -> int:
     scene = load(options.scene)
     if options.sensitivity and not options.speed:
         raise SolverError("--sensitivity: must come with the rotor speeds of interest (--speed HZ ...)")
+    if options.speed and options.output is not None:
+        problem = "draws the map over the speeds of the run, and of a table at --speed there is no picture: leave one of both out"
+        raise SolverError(f"--output: {problem}")
     if options.speed or len(scene.contacts) == 1:
         return _at_speeds(scene, options, options.speed) if options.speed else _over_the_run(scene, options)
     if options.output is not None:

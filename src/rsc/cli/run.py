@@ -4,7 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
-from rsc.cli.common import FORCE, JSON, OK, Commands, clearances_plain, code, load, print_summary, refuse_shared
+from rsc.cli.common import FORCE, JSON, OK, Commands, add_units, clearances_plain, code, load, print_summary, refuse_shared
 from rsc.cli.progress import note, wants_progress
 from rsc.errors import DataError, SceneError, one_line
 
@@ -21,9 +21,11 @@ def add(commands: Commands) -> None:
     run.add_argument("--noise", metavar="LENGTH", default="0 um", help="with --as-measured: noise of each probe, as \"2 um\"")
     run.add_argument("--runout", metavar="LENGTH", default="0 um", help="with --as-measured: runout of the shaft, as \"10 um\"")
     run.add_argument("--force", action="store_true", help=FORCE)
+    add_units(run)
     run.add_argument("--json", action="store_true", help=JSON)
     info = commands("info", info_command, "what a result holds and how its run ended")
     info.add_argument("result", metavar="RESULT")
+    add_units(info)
     info.add_argument("--json", action="store_true", help=JSON)
     verify = commands("verify", verify_command, "make the run of a result again and compare the bits")
     verify.add_argument("result", metavar="RESULT")
@@ -75,8 +77,10 @@ def _probes(options: argparse.Namespace) -> dict[str, float]:
 def info_command(options: argparse.Namespace) -> int:
     from rsc.results.trajectory import load
     from rsc.show.words.text import plain, result_text
+    from rsc.show.words.units import prefer
 
     result = load(options.result)
+    prefer(result.scene)
     if options.json:
         own = {"scene": result.scene.to_dict(), "summary": plain(result.summary)}
         print(json.dumps(own | clearances_plain(result)))

@@ -215,7 +215,7 @@ def run_facts(
     worst = max(set(kinds), key=lambda kind: (severity_of(kind).level, -RANK.index(Kind(kind))))
     own = np.flatnonzero(np.array(kinds) == worst)
     if worst == Kind.NO_CONTACT and touched:
-        worst = Kind.PARTIAL_RUB
+        worst = Kind.TRANSIENT
     turns = worst in (*WHIRLING, Kind.FORWARD_RUB)
     turning = np.array([rate_of(features, int(i)) for i in own] if turns else [math.nan])
     seen = np.asarray(speeds)[own]

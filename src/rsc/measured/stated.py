@@ -6,7 +6,6 @@ from functools import lru_cache
 from rsc.units import QuantityError, quantity
 
 _DIMENSIONS = ("length", "voltage", "time", "frequency", "velocity", "acceleration", "force", "angle")
-_SPELLED = {"volt": "V", "volts": "V"}  # as oscilloscopes write it
 _LONGEST = 30  # letters of a unit
 _BRACKETS = re.compile(r"(?P<name>.*?)[\s_]*[(\[{](?P<unit>[^()\[\]{}]*)[)\]}]\s*")
 _TAILS = re.compile(r"(?P<name>.*[^\W_])_(?P<unit>ms|us|µs|ns|sec|um|µm|mm|nm|mils?|mV|uV|rpm|RPM|k?Hz)")  # no "in", "s", "m"
@@ -24,7 +23,7 @@ def meaning(unit: str) -> tuple[str, float] | None:
         return None
     if text in ("g", "G", "gn"):
         return "acceleration", 9.80665
-    for spelled in dict.fromkeys((text, _SPELLED.get(text.lower(), text), text.lower())):
+    for spelled in dict.fromkeys((text, text.lower())):
         for dimension in _DIMENSIONS:
             try:
                 return dimension, quantity(f"1 {spelled}", dimension)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from rsc.errors import DataError, WriteError
 from rsc.files.content import refuse_special
 from rsc.files.gate import values_of
+from rsc.files.held_back import HeldBack
 from rsc.files.whole import kind_of
 from rsc.measure.stretches import COLUMNS, OF_CLEARANCE, Stretches
 from rsc.operating_system import Claim, explained, remove
@@ -103,6 +104,29 @@ def _is_without_beginning(file):
         return not named or (stored.n_time() == 0 and stored.checkpoint()[0] is None)
     except DataError:
         return False
+
+
+def refuse_unfinished(path):
+    """DataError where another run writes this result, or a killed one left samples of it from which `--resume` goes on.
+
+    Returns the name of what a killed run left that cannot be continued, "" where there is none.
+    """
+    part, damaged = part_of(path), ""
+    if os.path.lexists(part):
+        _claimed(path, part, False).close()
+    for file in (_left_of(path), part):
+        if not os.path.isfile(file) or _is_without_beginning(file):
+            continue
+        try:
+            checkpoint = ResultFile(file).checkpoint()[0]
+        except DataError:
+            checkpoint = None
+        if checkpoint is None:
+            damaged = file.name
+        elif rows := int(checkpoint["rows"][0]):
+            how = "go on with --resume, or replace them with --force (Python: overwrite=True)"
+            raise DataError(path, f"cannot be written ({file.name} holds {rows} samples of a killed run: {how})")
+    return damaged
 
 
 def take_over(path, overwrite=False):
@@ -435,6 +459,8 @@ class ResultWriter:
         with self._writing():
             if self._file is None:
                 self._create(arrays)
+            self._put(STRETCHES, arrays.pop(STRETCHES))
+            self._file[STRETCHES].flush()  # on the disk before the checkpoint that counts them, wherever a kill falls
             for name, values in arrays.items():
                 self._put(name, values)
             self._file.flush()
@@ -446,17 +472,20 @@ class ResultWriter:
         data[rows:] = values
 
     def finish(self, summary, stretches=None):
-        """Write the last stretches and the summary, close the file and give it its name."""
+        """Write the last stretches and the summary, close the file and give it its name. Wherever a kill falls, the part can be
+        continued."""
         with self._writing():
             if stretches is not None:
                 self._put(STRETCHES, with_sums(stretches))
             self._file.close()
-            with h5py.File(self._part, "r+", libver=LAYOUT, locking=False) as file:
-                values = asdict(summary)
-                fed = {name: values["ledger"].pop(name) for name in FED}
-                put(file.attrs, values | {"ledger": [float(v) for v in values["ledger"].values()]})
-                put(file.attrs, {name: value for name, value in fed.items() if value})
-                put(file.attrs, {"checksum": digest(values_of(file))})
+            with contextlib.closing(HeldBack(self._part)) as part:
+                with h5py.File(part, "r+", libver=LAYOUT) as file:
+                    values = asdict(summary)
+                    fed = {name: values["ledger"].pop(name) for name in FED}
+                    put(file.attrs, values | {"ledger": [float(v) for v in values["ledger"].values()]})
+                    put(file.attrs, {name: value for name, value in fed.items() if value})
+                    put(file.attrs, {"checksum": digest(values_of(file))})
+                part.apply()
             self._file, self._has_samples = None, True
             self._refuse_what_came_meanwhile()
             self._claim.publish(self.path)

@@ -36,11 +36,11 @@ class Limit:
 
         longer : float, the step that "taylor8" could take over this one; 1 for taylor8 itself
         """
-        change = f'solver.method = "taylor8" takes steps {longer:.1f} times as long' if longer > LONGER else ""
-        other = "leave it out by a reduced model" if self.is_mode else "make that softer or slower"
+        change = f'solver.method = "taylor8" takes {longer:.1f} times longer steps' if longer > LONGER else ""
+        other = "remove it by a reduced model" if self.is_mode else "a softer or slower one allows longer steps"
         return (
-            f"steps are held below {self.step:.3g} s, a tenth or less of what accuracy asks, by the stability of {self.cause}: "
-            f"that costs running time, not accuracy; {change + '; or ' if change else ''}{other}"
+            f"{self.cause} limits the step ({1e3 * self.step:.3g} ms, a tenth of what accuracy needs, or less): "
+            f"this costs running time, not accuracy; {change + '; or ' if change else ''}{other}"
         )
 
 
@@ -106,8 +106,8 @@ def limits(model, sizes, method):
     number = 1 + int(np.argmin(abs(abs(free[1]) - np.sqrt(abs(model.stiffness[::2])))))
     body, number = ("rotor", number) if number <= sizes[0] else ("stator", number - sizes[0])
     mode = f"mode {number} of the {body} at {_hertz(free[1])}"
-    k_c = f"contact.stiffness k_C, with which the contact vibrates at {_hertz(spring[1])}"
-    b_c = f"the contact damper b_C, which acts within {1.0 / abs(damper[1]):.3g} s"
+    k_c = f"the contact spring k_C (contact.stiffness, {_hertz(spring[1])})"
+    b_c = f"the contact damper b_C (time constant {1e3 / abs(damper[1]):.3g} ms)"
     by_mode = spring[0] > 0.5 * free[0]
     closing = Limit(*spring, mode if by_mode else k_c, by_mode)
     by_spring = damper[0] > 0.5 * spring[0]

@@ -133,6 +133,8 @@ def import_model(
     if model.knots is not None:
         low, high = model.knots.speed[[0, -1]] / (2.0 * np.pi)
         notes += (f"coefficients follow the rotor speed from {low:g} to {high:g} Hz and are constant beyond.",)
+    elif whole.rotating_damping is None and not whole.gyroscopic.diagonal().any():
+        notes += ("nothing depends on the rotor speed.",)
     written, digest = stored(model, file)
     told = "".join(f"\n{one_line(note)}" for note in notes)
     words = {"file": toml_value(file.name), "digest": digest, "contact": _toml(contact), "bearings": _bearing_lines(coefficients)}

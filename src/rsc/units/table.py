@@ -62,7 +62,7 @@ GROUPS: dict[str, tuple[tuple[int, int, int, int, int], dict[str, str | Fraction
         {"Hz hertz": 2 * PI, "mHz": 2 * PI / 1000, "kHz": 2000 * PI, "MHz": 2_000_000 * PI, "cps": 2 * PI,
          "rpm RPM cpm CPM Upm": 2 * PI / 60, "krpm": 2000 * PI / 60},
     ),
-    "voltage": (_VOLTAGE, {"V": "1", "mV": "0.001", "uV": "1e-6", "kV": "1000"}),
+    "voltage": (_VOLTAGE, {"V volt volts": "1", "mV": "0.001", "uV": "1e-6", "kV": "1000"}),
     "velocity": ((0, 1, -1, 0, 0), {"ips": "0.0254"}),
     "share": ((0, 0, 0, 0, 0), {"% percent": "0.01"}),
 }  # fmt: skip
@@ -109,8 +109,8 @@ def _of_pint(name: str) -> Unit | None:
     powers = {str(base): power for base, power in root._units.items()}
     if any(power != int(power) for power in powers.values()):
         return None
-    made = tuple(int(powers.pop(base, 0)) for base in ("kilogram", "meter", "second", "ampere", "radian"))
-    return None if powers else Unit(Fraction(Decimal(factor)), made)
+    made = tuple(int(powers.pop(base, 0)) for base in ("gram", "meter", "second", "ampere", "radian"))
+    return None if powers else Unit(Fraction(Decimal(factor)) / 1000 ** made[0], made)
 
 
 @cache

@@ -336,7 +336,7 @@ def test_a_pole_of_one_system_leaves_the_others_of_a_stack_alone():
 
 
 def test_remarks_tell_what_the_mean_leaves_out():
-    for share, wanted in ((0.05, "exactly -60.5467 Hz"), (0.2, "no circle, nothing is claimed of it; exactly -59.06")):
+    for share, wanted in ((0.05, "exactly -60.5467 Hz"), (0.2, "not circular, stability not assessed; exactly -59.06")):
         system = two_springs(share)
         whirl = predict_system(system, 50.0)[1]
         text = next(remark for remark in whirl_remarks(system, [whirl]) if "directions differ" in remark)
@@ -345,7 +345,7 @@ def test_remarks_tell_what_the_mean_leaves_out():
         assert not any("unstable" in remark for remark in whirl_remarks(system, [whirl]))
     told = branch_remarks(system, branches(system, np.linspace(45.0, 55.0, 3)))
     assert not any("is unstable" in remark and "(-60.66" in remark for remark in told)
-    assert any(remark.endswith("no circle between 45 and 55 Hz: nothing is claimed there") for remark in told)
+    assert any(remark.endswith("not circular between 45 and 55 Hz: stability not assessed there") for remark in told)
 
 
 def test_isotropic_systems_pay_nothing(monkeypatch):

@@ -145,16 +145,16 @@ def test_unstable_whirls_at_a_speed():
     assert len(said) == sum(not w.stable for w in whirls)
     first = next(line for line in said if line.startswith("whirl -9.47"))
     assert first == (
-        "whirl -9.4700 Hz is unstable, without oscillation: pressed outwards it leaves towards -12.9000 Hz, "
-        "otherwise it loses contact"
+        "whirl -9.4700 Hz is unstable, without oscillation (real eigenvalue): pushed outwards it leaves towards -12.9000 Hz, "
+        "inwards it loses contact"
     )
 
 
 def test_departures_in_words():
     near = departure_text(Departure("oscillatory", -50.0, False, -49.0))
-    assert near == "oscillatory: a line grows at -49.0000 Hz, leaves towards -50.0000 Hz"
+    assert near == "flutter (Hopf) at -49.0000 Hz, leaves towards -50.0000 Hz"
     for towards in (-50.0, math.nan):
-        assert "where no stable whirl is near" in departure_text(Departure("oscillatory", towards, False, -187.0))
+        assert "no stable whirl near" in departure_text(Departure("oscillatory", towards, False, -187.0))
     assert "runs away" in departure_text(Departure("creeping", math.nan, True, -33.0))
 
 
@@ -164,7 +164,7 @@ def test_unstable_stretches_of_branches():
     said = branch_remarks(system, found)
     lost = next(line for line in said if line.startswith("whirl A at"))
     # at the first speed of the grid beyond the crossing at 68.6 Hz
-    assert lost.startswith("whirl A at 70 Hz (-33.6985") and "a line grows at -49.8" in lost and "leaves towards -49.7" in lost
+    assert lost.startswith("whirl A at 70 Hz (-33.6985") and "flutter (Hopf) at -49.8" in lost and "leaves towards -49.7" in lost
     assert not any(line.startswith(("whirl B", "whirl E")) for line in said)  # stable; below the gap
 
 

@@ -1,5 +1,6 @@
 """The command line as a user meets it: exit codes, what is printed, what is written."""
 
+import argparse
 import json
 import signal
 import subprocess
@@ -92,7 +93,7 @@ def test_predict_tells_branches_ends_and_delayed_jump_and_draws_the_map(tmp_path
     scene = str(REFERENCE / "gyroscopic_transition.toml")
     assert main(["predict", scene, "-o", str(tmp_path / "map.png")]) == 0
     text = capsys.readouterr().out
-    assert "stable (oscillatory) below 68.6021 Hz" in text and "takes over at" in text
+    assert "stable below 68.6021 Hz (flutter, Hopf)" in text and "takes over at" in text
     assert (tmp_path / "map.png").stat().st_size > 10_000
     assert main(["predict", scene, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
@@ -163,3 +164,13 @@ def test_ctrl_c_keeps_a_readable_partial_result(scene, capsys):
     assert process.wait(timeout=20.0) == 130
     assert main(["info", "run.h5"]) == 0
     assert "interrupted" in capsys.readouterr().out
+
+
+def test_options_with_units_are_read_by_the_rule_of_scenes():
+    from rsc.cli.common import in_hertz, in_si
+
+    assert in_si("impulse")("2 lbf s") == pytest.approx(2 * 0.45359237 * 9.80665) and in_si("impulse")("0.5") == 0.5
+    assert in_hertz("3000 rpm") == 50.0
+    for text in ("3 mm", "3,5 N s", "1/2"):
+        with pytest.raises(argparse.ArgumentTypeError, match="must be a number in N s"):
+            in_si("impulse")(text)

@@ -1,5 +1,6 @@
 """ROSS's rotors from the files it wrote (data/reference/machines) and from an object with its methods; no test needs ROSS."""
 
+import shutil
 import tomllib
 from pathlib import Path
 from types import SimpleNamespace
@@ -204,3 +205,10 @@ def test_coefficients_that_follow_the_speed_are_asked_for_where_they_are_known(t
     scipy.io.savemat(tmp_path / "free.mat", held | {"K": tilts})
     with pytest.raises(DataError, match=r"no stiffness.*may have none at 0 Hz: rotor.save_mat\(file, speed\)"):
         read_ross(tmp_path / "free.mat")
+
+
+@pytest.mark.parametrize(("speed", "at"), [(None, "the rotor speed at which the file was saved"), (80.0, "80 Hz, at which")])
+def test_a_file_of_save_mat_says_of_which_frequency_magnetic_bearings_are(speed, at, tmp_path):
+    path = shutil.copy(FOLDER / "ross_rotor.mat", tmp_path / "ross.mat")
+    (note,) = (note for note in read_ross(path, speed).notes if "magnetic" in note)
+    assert at in note and "a whirl of another frequency meets others" in note

@@ -344,10 +344,10 @@ def test_the_summary_counts_windows_and_quantities(found):
     rows = rows_of(off, found, STEADY)
     told = summary(windows_of(rows), [], "finished")
     n = len(SPEEDS)
-    assert told.startswith(f"of {n} windows with a backward line")
-    assert f"{n} agree with the prediction in frequency (within 0.5 %), {n - 4} in amplitude (within 2 %)" in told
+    agree = f"frequency agrees within 0.5 % in {n} of {n} windows with a backward line, amplitude within 2 % in {n - 4}"
+    assert told.startswith(agree)
     assert told.endswith("other amplitudes: 4 differs")
-    assert summary(windows_of(rows), [], "diverged").startswith("the run stopped early (diverged): of")
+    assert summary(windows_of(rows), [], "diverged").startswith("the run stopped early (diverged): frequency")
 
 
 def test_the_resonance_on_a_whirl_is_that_of_its_line(found):
@@ -375,12 +375,12 @@ def test_the_synchronous_line_without_a_whirl_is_compared_with_its_own_motion(fo
     quiet = replace(scaled(on_branch(found[1]), 0.0, *AMPLITUDES), share=share + 0.0 * SPEEDS, kind=STEADY_KINDS[share], **line)
     rows = rows_of(quiet, found, STEADY)
     assert set(verdicts(rows, "synchronous line")) == {AGREES} and rows[2].by == by
-    assert summary(windows_of(rows), [], "finished").startswith("without a backward line 121 of 121 windows agree")
-    assert summary(windows_of(rows)[:1], [], "finished").startswith("without a backward line 1 of 1 window agree")
+    assert summary(windows_of(rows), [], "finished").startswith("1X amplitude agrees within 5 % in 121 of 121 windows without")
+    assert summary(windows_of(rows)[:1], [], "finished").startswith("1X amplitude agrees within 5 % in 1 of 1 window without")
     rows = rows_of(replace(quiet, synchronous=1.1 * quiet.synchronous), found, STEADY)
     assert set(verdicts(rows, "synchronous line")) == {DIFFERS}
     told = summary(windows_of(rows), [], "finished")
-    assert told.startswith("without a backward line 0 of 121 windows agree") and told.endswith("; other windows: 121 differs")
+    assert told.startswith("1X amplitude agrees within 5 % in 0 of 121 windows") and told.endswith("; other windows: 121 differs")
 
 
 def test_a_line_beside_a_backward_one_is_not_that_of_a_forward_rub(found):

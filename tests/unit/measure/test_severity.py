@@ -8,8 +8,8 @@ import pytest
 import rsc
 from rsc.measure.catalogue import LastingMotion, Motions
 from rsc.measure.kinds import Kind
-from rsc.measure.severity import Severity, severity_of, verdict_of
-from rsc.show.words.verdict import sentences, verdict_text
+from rsc.measure.severity import RunFacts, Severity, Verdict, severity_of, verdict_of
+from rsc.show.words.verdict import MEANINGS, ON_RACE, PASSING, sentences, verdict_text
 from rsc.system.assemble import assemble
 from rsc.system.border import Border, border_of, mass_at
 from scenes import LAVAL
@@ -109,3 +109,26 @@ def test_the_coverage_is_true(share, lost):
     missed = ~(own & ~unsettled).any(axis=1)
     bounds = np.array([listed([NOTHING], np.where(row, -1, 0)).excluded for row in unsettled])
     assert (missed & (share >= bounds)).mean() <= 0.05
+
+
+def run_of(kind, on_race=False):
+    """What a run did whose worst motion is of a kind."""
+    return RunFacts(severity_of(kind), str(kind), True, (np.nan, np.nan), (50.0, 50.0), 10.0, INSIDE, on_race)
+
+
+@pytest.mark.parametrize(
+    ("run", "meaning"),
+    [
+        (run_of(Kind.TRANSIENT), PASSING),
+        (run_of(Kind.PARTIAL_RUB), MEANINGS[Severity.RUB]),
+        (run_of(Kind.ROLLING, on_race=True), ON_RACE),
+        (run_of(Kind.ROLLING), MEANINGS[Severity.WHIRL]),
+    ],
+)
+def test_what_a_severity_means_follows_the_motion(run, meaning):
+    assert sentences(Verdict(run.severity, run, None, ()))[-1] == f"Severity: {run.severity} ({meaning})."
+
+
+def test_a_motion_that_impacts_start_is_not_made_light_of_by_the_run():
+    verdict = verdict_of(run_of(Kind.TRANSIENT), None, (), [listed([motion(Kind.PARTIAL_RUB), NOTHING], [0] * 8 + [1] * 8)])
+    assert verdict.severity == Severity.RUB and sentences(verdict)[-1].endswith(f"({MEANINGS[Severity.RUB]}).")

@@ -23,6 +23,12 @@ def test_a_run_ended_at_any_write_goes_on_to_the_same_bits(library):
     assert left["killed before the call", "a part"] >= 3 and left["no space from the call on", "a part"] >= 2
 
 
+def test_a_run_killed_while_it_writes_its_summary_goes_on(library):
+    """Each of the last calls: the last samples with their checkpoint, the last stretches, the summary, the rename."""
+    _, rows = faults.driven(library, 20, "end")
+    assert Counter((left, verdict) for *_, left, verdict in rows) == {("a part", "same"): 19, ("result", "same"): 1}
+
+
 def test_a_run_without_memory_ends_with_an_error_and_its_samples(library):
     """F19: an allocation of HDF5 or NumPy that fails, the first, the last and some between; alone, and all from then on."""
     calls, rows = faults.driven(library, 0.0003, "memory")

@@ -107,10 +107,30 @@ def test_another_scene_is_refused_and_nothing_lost(scene_file, long_run, capsys)
     assert same(rsc.load("run.h5"), long_run[1])
 
 
-def test_what_an_older_killed_run_left_is_not_taken_for_a_new_one(scene_file, tmp_path, long_run):
-    long_run[1].save("run.h5.left")
+@pytest.mark.parametrize("name", ["run.h5.left", "run.h5.part"])
+def test_samples_of_a_killed_run_are_not_replaced_by_a_new_one(name, scene_file, tmp_path, long_run, capsys):
+    scene = long_run[0].with_values({"drive.duration": 1.0})
+    scene_file.write_text(scene.to_toml())
+    rsc.simulate(scene, path="run.h5")
+    os.rename("run.h5", name)
+    before = (tmp_path / name).read_bytes()
+    assert main(["run", "long.toml", "-o", "run.h5"]) == 4
+    error = capsys.readouterr().err
+    assert f"{name} holds 2001 samples of a killed run: go on with --resume" in error and error.count("error: ") == 1
+    assert (tmp_path / name).read_bytes() == before and sorted(os.listdir()) == ["long.toml", name]
+    assert main(["run", "long.toml", "-o", "run.h5", "--force"]) == 0
+    assert sorted(os.listdir()) == ["long.toml", "run.h5"]
+
+
+def test_a_part_that_cannot_be_read_is_replaced_and_that_is_said(scene_file, tmp_path, long_run, capsys):
+    scene = long_run[0].with_values({"drive.duration": 4.0})
+    scene_file.write_text(scene.to_toml())
+    rsc.simulate(scene).save("run.h5.part")
+    part = tmp_path / "run.h5.part"
+    part.write_bytes(part.read_bytes()[:-50_000])
     assert main(["run", "long.toml", "-o", "run.h5"]) == 0
-    assert not (tmp_path / "run.h5.left").exists()
+    told = "run.h5.part: what a killed run left there cannot be continued, and this run takes its place"
+    assert told in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("content", [b"", bytes(40_000), b"\x89HDF\r\n\x1a\n" + bytes(30_000)])

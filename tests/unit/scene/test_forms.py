@@ -2,6 +2,7 @@
 
 import ast
 import re
+import tomllib
 from dataclasses import dataclass, fields
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import pytest
 
 import rsc
 from rsc.errors import SceneError
-from rsc.scene.bodies import models
+from rsc.scene.bodies import models, shaft_keys, shafts
 from rsc.scene.bodies.reduced import Reduction
 from rsc.scene.keys.forms import Form, declared_in, exclusive
 from rsc.scene.keys.keys import Number, RawTable, declare, known_keys, read_table
@@ -18,6 +19,7 @@ from rsc.scene.tables.drive import Drive
 from rsc.scene.tables.start import Start
 from rsc.system.knots import FOLLOWING
 from scenes import DRIVEN, LAVAL, changed
+from shaft_scenes import text
 
 SOURCES = Path(rsc.__file__).parent
 
@@ -66,6 +68,42 @@ def test_a_key_that_a_reader_leaves_is_a_fault_that_names_it():
         values.refuse_untaken()
     assert values["swing"] == 3.0
     values.refuse_untaken()
+
+
+NESTED = {"sections[0]": "sections", "sleeves[0]": "sleeves", "disks[0]": "disks", "bearings[1]": "bearings", "load[0]": "load"}
+
+
+@pytest.mark.parametrize("place", [*NESTED, "unbalance[0]", "material", ""])
+def test_a_key_that_the_reader_of_a_shaft_leaves_is_a_fault_at_every_level(place, monkeypatch):
+    scene, swing = tomllib.loads(text()), {"swing": 3.0}
+    rotor = scene["rotor"]
+    rotor |= {"material": {"density": 7850.0, "youngs_modulus": 2.1e11}, "load": [{"at": "0.5 m", "force": [1.0, 0.0]}]}
+    rotor |= {"sleeves": [{"at": "0.2 m", "length": "0.1 m", "diameter": "70 mm"}]}
+    rotor |= {"unbalance": [{"at": "0.5 m", "amount": "10 g mm"}]}
+    Scene.from_dict(scene)
+    if place in NESTED:
+        key, _, number = place[:-1].partition("[")
+        reader = next(item for item in fields(shaft_keys.ShaftRotor) if item.name == key).metadata["reader"]
+        monkeypatch.setitem(vars(reader), "section", with_key(reader.section))
+        rotor[key][int(number)] |= swing
+    elif place == "":
+        monkeypatch.setattr(shafts, "ShaftRotor", with_key(shaft_keys.ShaftRotor))
+        rotor |= swing
+    else:
+        name = {"material": "MaterialKeys", "unbalance[0]": "UnbalanceKeys"}[place]
+        monkeypatch.setattr(shafts, name, with_key(getattr(shaft_keys, name)))
+        (rotor["material"] if place == "material" else rotor["unbalance"][0]).update(swing)
+    where = re.escape(f"rotor.{place}" if place else "rotor")
+    with pytest.raises(AssertionError, match=rf"\[{where}\] swing is declared, and nothing reads it"):
+        Scene.from_dict(scene)
+
+
+@pytest.mark.parametrize(("key", "value"), [("bore", "20 mm"), ("material", "steel")])
+def test_a_key_of_a_shape_beside_the_masses_of_a_disk_is_refused(key, value):
+    scene = tomllib.loads(text())
+    scene["rotor"]["disks"] = [{"at": "0.5 m", "mass": 5.0, "polar_inertia": 0.02, "diametral_inertia": 0.01, key: value}]
+    with pytest.raises(SceneError, match=rf"rotor\.disks\[0\]\.{key} = .*left out where mass and inertias are given"):
+        Scene.from_dict(scene)
 
 
 def test_values_by_name_leave_a_form_for_another():

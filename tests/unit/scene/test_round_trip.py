@@ -38,7 +38,8 @@ def comes_back(content):
     assert tomllib.loads(text) == written
     assert Scene.from_dict(written) == Scene.from_toml(text) == Scene.from_stored(text, "result") == scene
     assert scene.with_values({}) == pickle.loads(pickle.dumps(scene)) == copy.deepcopy(scene) == scene
-    assert scene.steady(25.0).steady(25.0) == scene.steady(25.0)
+    speed = scene.drive.speed[0]  # a reduced rotor is known for the speeds of its run alone
+    assert scene.steady(speed).steady(speed) == scene.steady(speed)
     if scene.drive.inertia is None:
         twice = scene.mirrored().mirrored()
         assert (twice.drive, twice.contacts, twice.start) == (scene.drive, scene.contacts, scene.start)

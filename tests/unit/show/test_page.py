@@ -190,11 +190,11 @@ def test_the_answer_fits_a_terminal_and_says_no_agreement_without_its_tolerance(
     topics = dict(answer(report))
     assert topics["whirl"].startswith("backward whirl, sliding at rotor speeds of") and "rpm" in topics["whirl"]
     assert "gaps" in topics["vibration"] and "% of the clearance" in topics["closest approach"] and " N" in topics["force"]
-    assert "friction feeds the motion with up to " in topics["force"]
+    assert "power input by friction up to " in topics["force"]
     rows = report.stretches.rows.copy()
     rows[:, list(STRETCH_COLUMNS).index("friction_work")] *= -1.0
     braked = replace(report, stretches=Stretches(rows))
-    assert dict(answer(braked))["force"] == topics["force"].replace("feeds", "brakes")
+    assert dict(answer(braked))["force"] == topics["force"].replace("input by", "lost to")
     assert "within 0.5 %" in topics["check"] and "impacts" in topics["after an impact"]
 
 

@@ -264,7 +264,7 @@ def test_the_map_joins_the_whirls_whose_forces_pass_their_limit():
     np.testing.assert_allclose(below.get_xydata(), [[61.0, 2.39], [61.0, 5.0]], rtol=1e-4)
     (cross,) = [each for each in top.lines if each.get_marker() == "x"]
     np.testing.assert_allclose(cross.get_xydata(), [[61.0, -18.3]], rtol=1e-4)  # on A alone, over the mark of the event beside it
-    mark = line_with(top, "stable (oscillatory)")
+    mark = line_with(top, "flutter (Hopf)")
     np.testing.assert_allclose(mark.get_xydata(), [[62.0, -18.6]])
     assert cross.get_zorder() > mark.get_zorder() and mark.get_marker() == "o"
     assert {text.get_text() for text in top.texts} == {"A", "B"}  # roots below the gap are left out
@@ -282,20 +282,21 @@ def test_the_map_and_the_text_say_alike_what_is_claimed_of_a_forward_rub():
     size, within = 2e-3 + 0.0 * speed, 0.0 * speed
     rub = RubRange(1, RubEvent(TOUCH, 79.8), RubEvent(RANGE_END, 100.0), events, speed, size, rates, mirror, within)
     bottom = branch_map(survey_of(rubs=[rub])).axes[1]
-    told = {"unstable": ("--", kinds == 0), "stable": ("-", kinds % 2 == 1), "no circle: nothing claimed": (":", kinds == 2)}
+    told = {"unstable": ("--", kinds == 0), "stable": ("-", kinds % 2 == 1)}
+    told["not circular: stability not assessed"] = (":", kinds == 2)
     for name, (style, wanted) in told.items():
         line = line_with(bottom, f"forward rub, {name}")
         drawn = np.isfinite(line.get_ydata())
         assert line.get_linestyle() == style and drawn[wanted].all()
         reach = wanted | np.append(wanted[1:], False) | np.insert(wanted[:-1], 0, False)
         assert not drawn[~reach].any() and (name != "stable" or not drawn[~wanted].any())  # no hole, and nothing more
-    words = "stable 84.6 .. 90.2 Hz and 93.3 .. 100 Hz, no circle (nothing is claimed) 90.2 .. 93.3 Hz"
+    words = "stable 84.6 .. 90.2 Hz and 93.3 .. 100 Hz, not circular (stability not assessed) 90.2 .. 93.3 Hz"
     assert stable_stretches(rub) == words
     assert stable_stretches(replace(rub, mirror=0.0 * mirror)) == "stable 84.6 .. 100 Hz"
     assert stable_stretches(replace(rub, growth_rate=1.0 + 0.0 * rates)) == "unstable"
     assert stable_stretches(replace(rub, growth_rate=-1.0 + 0.0 * rates, mirror=0.0 * mirror)) == "stable"
     nothing = replace(rub, growth_rate=-1.0 + 0.0 * rates, mirror=1.0 + mirror)
-    assert stable_stretches(nothing) == "no circle: nothing is claimed"
+    assert stable_stretches(nothing) == "not circular: stability not assessed"
 
 
 @pytest.mark.parametrize("kind", ["campbell", "waterfall", "amplitude", "orbit", "contact", "once_a_turn"])

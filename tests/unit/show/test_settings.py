@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from reports import short_report
+from rsc.files.mark import PNG
 from rsc.measure.kinds import Kind
 from rsc.show.pictures import maps, plots, report_pictures
 from rsc.show.pictures.axes import new_figure
@@ -72,9 +73,26 @@ def test_the_settings_of_a_folder_do_not_reach_a_picture(expected, tmp_path):
         f"plots.save(maps.plot_panels(x, panels, title={TITLE!r}), Path('panels.png'))"
     )
     subprocess.run([sys.executable, "-c", program], cwd=tmp_path, env=os.environ, check=True, capture_output=True)
-    from rsc.files.mark import PNG
-
     assert (tmp_path / "panels.png").read_bytes() == PNG.marked(expected["panels"])
+
+
+def test_settings_that_matplotlib_cannot_read_change_nothing(expected, tmp_path):
+    """Neither in the current folder nor where the user has them; of other faults matplotlib tells itself, and goes on."""
+    program = (
+        "from pathlib import Path; import numpy as np\n"
+        "from rsc.show.pictures import maps, plots; from rsc.show.pictures.maps import Curve, Panel, Side\n"
+        "x = Side(np.array([1.0, 10.0, 100.0]), 'speed in Hz')\n"
+        "panels = [Panel('force', 'N', [Curve('a', [1.0, 2.0, 3.0], 'line'), Curve('b $x$', [4.0, 5.0, np.nan], 'dots')])]\n"
+        f"plots.save(maps.plot_panels(x, panels, title={TITLE!r}), Path('panels.png'), True)"
+    )
+    for content in ("# gr\xfc\xdfe\ntext.usetex: True".encode("latin-1"), b"\xff\xfe", b"axes.facecolor: no\nnonsense: 1\n\0"):
+        for folder in (tmp_path, tmp_path / "home"):
+            folder.mkdir(exist_ok=True)
+            (folder / "matplotlibrc").write_bytes(content)
+            own = os.environ | {"MPLCONFIGDIR": str(folder)}
+            subprocess.run([sys.executable, "-c", program], cwd=tmp_path, env=own, check=True, capture_output=True)
+            (folder / "matplotlibrc").unlink()
+            assert (tmp_path / "panels.png").read_bytes() == PNG.marked(expected["panels"])
 
 
 def test_no_title_of_a_scene_is_read_as_mathematics():

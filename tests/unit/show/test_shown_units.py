@@ -13,11 +13,16 @@ from rsc.scene.tables import display
 from rsc.show.page import page
 from rsc.show.pictures.abscissa import Abscissa
 from rsc.show.pictures.album import described
+from rsc.show.sweeps import pictures as sweep_pictures
+from rsc.show.sweeps.page import sweep_page
 from rsc.show.words.answer import answer
 from rsc.show.words.table import in_units
 from rsc.show.words.text import report_plain, report_text
 from rsc.show.words.units import SYSTEMS, column, shown_in, unit_for
-from rsc.show.words.wording import amount, frequency_text, length, speed_range, speed_text, vibration
+from rsc.show.words.wording import amount, frequency_text, length, sentence_in_units, speed_range, speed_text, vibration
+from rsc.study.sweep.plan import make_plan
+from rsc.study.sweep.sweep import computed
+from rsc.study.sweep.vary import cases
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +62,45 @@ def test_frequencies_keep_their_digits_and_their_sign():
     with shown_in("metric"):
         assert frequency_text(-67.93) == "-4076 rpm" == frequency_text(-67.93, ".1f")
         assert speed_range([20.0, 60.0]) == "1200 to 3600 rpm" and speed_range([50.0, 50.0]) == "3000 rpm"
+
+
+@pytest.mark.parametrize(("text", "shown"), [
+    ("whirl -67.9000 Hz: grows at 1.5 1/s", "whirl -4074 rpm: grows at 1.5 1/s"),
+    ("coefficients from 10 to 80 Hz are constant beyond", "coefficients from 600 to 4800 rpm are constant beyond"),
+    ("F_N 444.82216 N, 2 N s, 3 N/m, 4 Hz/s", "F_N 100 lbf, 2 N s, 3 N/m, 4 Hz/s"),
+    ("a gap of 0.254 mm, no rotor stands 500 m/s", "a gap of 10 mil, no rotor stands 19685 in/s"),
+])  # fmt: skip
+def test_remarks_of_the_analysis_follow_the_units(text, shown):
+    assert sentence_in_units(text) == text
+    with shown_in("us"):
+        assert sentence_in_units(text) == shown
+
+
+def test_maps_of_a_sweep_follow_the_units():
+    scene = rsc.Scene.from_dict({**report_scene(), "report": {"units": "us"}})
+    data = computed(make_plan(scene, cases(scene, {"drive.speed": "45,50"}), "predict"), None)
+    assert sweep_pictures.side(data, "drive.speed").label.endswith("in Hz")
+    (figure,) = sweep_pictures.pictures(data).values()
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert figure.axes[-1].get_xlabel().endswith("in rpm")
+    assert {"whirl frequency\nin rpm", "normal force\nin lbf"} <= set(labels)
+    text = sweep_page(data)
+    assert " lbf" in text and " rpm" in text
+    with shown_in("si"):
+        assert " lbf" not in sweep_page(data).partition("Origin")[0]
+
+
+def test_run_and_info_tell_energies_in_the_units_that_are_chosen(tmp_path, capsys):
+    (tmp_path / "scene.toml").write_text(rsc.Scene.from_dict(report_scene()).to_toml(), encoding="utf-8")
+    result = str(tmp_path / "run.h5")
+    assert main(["run", str(tmp_path / "scene.toml"), "-o", result, "--units", "us"]) == 0
+    told = capsys.readouterr().out
+    assert "energy in ft lbf: in " in told
+    assert main(["info", result]) == 0
+    plain = capsys.readouterr().out
+    assert "energy in J: in " in plain
+    feet, joules = (float(re.search(r": in ([-\d.e+]+)", text)[1]) for text in (told, plain))
+    assert joules == pytest.approx(1.3558 * feet, rel=2e-3)
 
 
 def test_columns_of_tables_are_in_the_unit_of_their_header():

@@ -83,7 +83,7 @@ def test_cause_of_stiffness_is_named_and_the_run_finishes(name, method):
     tables, cause = STIFF[name]
     summary = ended(**tables, solver={"method": method, "rtol": 1e-6})
     assert summary.status == "finished"
-    assert cause in summary.advice and "stability" in summary.advice
+    assert cause in summary.advice and "limits the step" in summary.advice
     assert "costs running time, not accuracy" in summary.advice
     assert ("taylor8" in summary.advice) == (method == "rk45" and name != "b_C")  # not offered where its steps are no longer
     assert ("reduced model" in summary.advice) == cause.startswith("mode")

@@ -8,6 +8,8 @@ import pytest
 import rsc
 from rsc.analysis.lines.forward_rub import rub_growth
 from rsc.analysis.paper.synchronous import forward_rub
+from rsc.show.pictures.abscissa import Abscissa
+from rsc.show.pictures.album import described
 from rsc.show.words.answer import answer
 from rsc.study.report.check import report as report_of
 from rsc.system.assemble import assemble
@@ -19,6 +21,14 @@ DIVERGING = {
     "contact": {"gap": 1e-3, "friction": 0.6, "stiffness": 3.55e6, "damping_ratio": 0.05},
     "drive": {"speed": [20.0, 40.0], "duration": 20.0},
     "start": {"rotor": [[1e-3, 0.0]], "rotor_velocity": [[0.0, -0.3]]},
+}
+
+# a generator rotor in an oil seal ring on a soft end shield
+GENERATOR = {
+    "rotor": {"model": "laval", "mass": 8000.0, "frequency": 1150 / 60, "damping_ratio": 0.03, "eccentricity": "G 2.5"},
+    "stator": {"model": "laval", "mass": 1500.0, "frequency": 11.0, "damping_ratio": 0.02},
+    "contact": {"gap": 1.2e-3, "friction": 0.18, "stiffness": 2e8, "damping_ratio": 0.05, "diameter": 0.45},
+    "drive": {"speed": 49.5, "duration": 2.0},
 }
 
 
@@ -106,6 +116,18 @@ def test_a_whirl_faster_than_rolling_gives_the_drive_its_energy():
     result = rsc.simulate(rsc.Scene.from_dict(pump))
     work = result.stretches().drive_work.sum()
     (line,) = [text for name, text in answer(report_of(result, lists=False)) if name == "drive"]
-    assert work < 0.0 and line.startswith("the contact gives it up to ") and "-" not in line
+    assert work < 0.0 and line.startswith("the rub drives the shaft with up to ") and "-" not in line
     told = re.search(r"; ([\d.]+) mJ over the run", line)
     assert float(told[1]) == pytest.approx(-1e3 * work, rel=0.01)
+
+
+def test_a_letter_is_one_whirl_in_branches_and_lists_and_a_run_without_contact_has_no_empty_pictures():
+    """Branches are called by their stability and range, whirls at one speed by their frequency."""
+    report = rsc.check(rsc.Scene.from_dict(GENERATOR))
+    (listed,) = report.motions
+    known = {branch.label: branch.at(listed.speed).frequency for branch in report.branches}
+    told = {one.label: one.frequency for one in listed.not_reached if one.label in known}
+    assert len(told) > 1 and told == pytest.approx({label: known[label] for label in told}, rel=1e-2)
+    assert list(known) != [label for label, _ in sorted(known.items(), key=lambda item: item[1])]  # not by frequency
+    pictures = described(report, Abscissa(report))
+    assert "amplitude" in pictures and not {"power", "share", "slip"} & set(pictures)

@@ -73,6 +73,25 @@ def test_knots_and_corners_of_any_number_are_run_and_predicted(name, size):
     rsc.predict(scene, speed=50.0)
 
 
+@pytest.mark.parametrize("size", SLOW_IF_MANY[2:])
+@pytest.mark.parametrize("name", ["supports_by_speed", "schedule", "torque"])
+def test_knots_and_corners_of_any_number_are_checked_and_their_motions_listed(name, size):
+    """A short run, and the motions at 50 Hz from what is predicted and one random impact."""
+    scene = Scene.from_dict(LISTS[name](size))
+    if name == "supports_by_speed":
+        scene = scene.with_values({"drive.speed": [49.0, 51.0], "drive.duration": 0.3})
+    assert rsc.check(scene).result.status in ("finished", "steps exhausted")
+    if name != "torque":
+        assert rsc.motions(scene, 50.0, starts=1).motions
+
+
+@pytest.mark.parametrize("size", (2, 63, 64, 65))
+def test_clearances_of_any_number_are_watched(size):
+    scene = Scene.from_dict(LISTS["clearance"](size)).with_values({"drive.duration": 0.2})
+    report = rsc.check(scene)
+    assert report.result.stretches().clearance_largest.shape[-1] == size
+
+
 @pytest.mark.parametrize("size", SIZES)
 def test_values_of_a_sweep_and_rows_of_its_table_are_cases_or_refused(size, tmp_path):
     scene = Scene.from_dict(LAVAL)

@@ -171,7 +171,7 @@ _COLUMNS: dict[str, Callable[[Whirl], object]] = {
     "stable": lambda whirl: whirl.stable,
     "touches": lambda whirl: ", ".join(whirl.touches),
     "line at the rotor speed in m": lambda whirl: whirl.synchronous.consistent.amplitude,
-    "fails": lambda whirl: ", ".join(whirl.violated),
+    "not valid": lambda whirl: ", ".join(whirl.violated),
 }
 
 

@@ -59,7 +59,7 @@ class SeveralWhirls(Whirls):
     def table(self) -> Table:
         """A `rsc.files.tables.Table` with a row for each whirl and three columns for each contact."""
         names = list(self[0].contacts) if self else []  # type: ignore[attr-defined]
-        head = ["rotor speed in Hz", "frequency in Hz", "pressed", "growth rate in 1/s", "stable", "touches", "fails"]
+        head = ["rotor speed in Hz", "frequency in Hz", "pressed", "growth rate in 1/s", "stable", "touches", "not valid"]
         each = [f"{name}: {what}" for name in names for what in ("normal force in N", "deflection in gaps", "phase in deg")]
         return Table((*head, *each), [_row(whirl) for whirl in self])  # type: ignore[arg-type]
 

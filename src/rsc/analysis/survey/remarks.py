@@ -170,7 +170,7 @@ def _share_text(whirl):
     """How far a whirl is from a circle."""
     mirror = whirl.mirror
     text = f"directions differ, mirror line at {mirror.frequency:.4f} Hz of {_percent(mirror.share)} of the whirl"
-    return f"{text}: no circle, nothing is claimed of it" if "nearly_circular" in whirl.violated else text
+    return f"{text}: not circular, stability not assessed" if "nearly_circular" in whirl.violated else text
 
 
 def _mirror_text(system, whirl):
@@ -203,11 +203,11 @@ def departure_text(departure):
     known = not math.isnan(departure.towards)
     if departure.kind == "creeping":
         to = f"leaves towards {departure.towards:.4f} Hz" if known else "runs away from it (no other whirl is its partner)"
-        return f"without oscillation: pressed outwards it {to}, otherwise it loses contact"
-    to = "where no stable whirl is near"
+        return f"without oscillation (real eigenvalue): pushed outwards it {to}, inwards it loses contact"
+    to = "no stable whirl near"
     if known and abs(departure.line - departure.towards) < _NEAR * abs(departure.towards):
         to = f"leaves towards {departure.towards:.4f} Hz"
-    return f"oscillatory: a line grows at {departure.line:.4f} Hz, {to}"
+    return f"flutter (Hopf) at {departure.line:.4f} Hz, {to}"
 
 
 def branch_remarks(system, branches):
@@ -231,7 +231,7 @@ def _mirror_of(branch):
     pieces = np.split(branch.speed, np.flatnonzero(np.diff(shares > MOST_MIRROR)) + 1)
     pieces = pieces[0 if shares[0] > MOST_MIRROR else 1 :: 2]
     where = " and ".join(_span(piece.min(), piece.max()) for piece in pieces)
-    return f"{text}; no circle {where}: nothing is claimed there" if where else text
+    return f"{text}; not circular {where}: stability not assessed there" if where else text
 
 
 def rub_remarks(rubs):
@@ -242,7 +242,7 @@ def rub_remarks(rubs):
         if stretches:
             text = f"forward rub: directions differ, mirror line of up to {_percent(rub_range.mirror.max())} of it"
             where = " and ".join(_span(*stretch) for stretch in stretches)
-            remarks.append(f"{text}; no circle {where}: nothing is claimed there")
+            remarks.append(f"{text}; not circular {where}: stability not assessed there")
     return remarks
 
 

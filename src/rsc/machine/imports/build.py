@@ -68,7 +68,7 @@ def rotor_model(
     model = _folded(matrices, places, coordinates, source)
     notes += _left_out(places)
     if not model.gyroscopic.diagonal().any():
-        notes += ("there is no gyroscopic matrix, so that nothing depends on the rotor speed.",)
+        notes += ("there is no gyroscopic matrix.",)
     model = replace(model, speed=speed, notes=notes, rounding=rounding)
     semidefinite(model.mass, WORDS["mass"], source)
     if model.rotating_damping is not None:

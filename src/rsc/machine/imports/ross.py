@@ -162,12 +162,20 @@ def read_ross(path: str | os.PathLike[str], speed: float | None = None, free: bo
         raise DataError(source, f"no file of ROSS's save_mat: it has no {', '.join(sorted(missing))}")
     matrices, position = {role: content[name] for role, name in _ROLES.items()}, np.ravel(content["nodes"]).tolist()
     try:
-        return _model(matrices, position, source, speed, free)
+        model = _model(matrices, position, source, speed, free)
+        return replace(model, notes=(*model.notes, _saved_at(speed)))
     except DataError as error:
         if "no stiffness" not in error.problem:
             raise
         hint = "bearings whose coefficients depend on the speed may have none at 0 Hz: rotor.save_mat(file, speed)"
         raise DataError(source, f"{error.problem}; {hint}") from None
+
+
+def _saved_at(speed):
+    """What a file of save_mat does not tell of its bearings, in words."""
+    at = "the rotor speed at which the file was saved" if speed is None else f"{speed:g} Hz, at which the file was saved"
+    magnetic = "a magnetic bearing, whose controller answers to the frequency of a vibration, has those of that one frequency"
+    return f"coefficients of bearings and seals are those at {at}; {magnetic}, and a whirl of another frequency meets others."
 
 
 def _asked(matrix, omega, vibration):

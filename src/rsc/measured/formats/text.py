@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from rsc.files.memory import Memory
 from rsc.measured.channel import Channel, NoColumns, Recording
-from rsc.measured.formats.rows import LONGEST_LINE, NUMBER, PARTED, RowForm, columns_of, fields, form_of, numbers_in
+from rsc.measured.formats.rows import LONGEST_LINE, MOST_COLUMNS, NUMBER, PARTED, RowForm, columns_of, fields, form_of, numbers_in
 from rsc.measured.stated import bare, meaning, parted
 
 _HEAD_LINES = 200  # in which the first line of numbers must stand
@@ -122,7 +122,11 @@ def _head(content: bytes) -> Head:
             if alike and (following or all(kinds)) and not _counts(line, following, how):
                 return Head(begins[i], form_of([line, *following], how), lines[:i])
     if first is None:
-        raise NoColumns(f"its first {_HEAD_LINES} lines have no line of two or more numbers")
+        long = any(len(line) >= LONGEST_LINE or max(map(line.count, PARTED)) >= MOST_COLUMNS for line in lines)
+        problem = f"its first {_HEAD_LINES} lines have no line of two or more numbers"
+        if long:
+            problem += f" with at most {MOST_COLUMNS} fields and {LONGEST_LINE} characters: leave out columns that are not needed"
+        raise NoColumns(problem)
     return Head(begins[first[0]], form_of([lines[first[0]]], first[1]), lines[: first[0]])
 
 

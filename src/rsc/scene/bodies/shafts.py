@@ -63,7 +63,7 @@ class Stations:
         if own.values["bore"] is None:
             right = [one for one in self.shaft.placed if one.start <= place * (1.0 + SAME_PLACE)][-1]
             own.values["bore"] = (right.section.diameter_at(place - right.start),) * 2
-        return place, _section(Item(table, {**own.values, "name": None}), material)
+        return place, _section(own, material)
 
     def _named_place(self, own: Item) -> float:
         """The place of a disk or bearing, which has its name from now on."""
@@ -116,6 +116,7 @@ class Stations:
             made = divided(self.shaft, top, source, values["elements"])
         except DataError as error:
             table.refuse("bearings", [one.place for one in self.shaft.supports], "such that they hold the shaft", error.problem)
+        values.refuse_untaken()
         sections = len(self.shaft.sections)
         origin = f"{source} has {sections} sections and {made.words}"
         return Machine(made.model, origin, "sections", f"{sections} tables", at_nodes, list(dict.fromkeys(observed)))
@@ -168,7 +169,7 @@ def _material(table: RawTable, raw: Any, default: Material | None = None) -> Mat
     if raw is None and default is not None:
         return default
     if isinstance(raw, Mapping):
-        values = read_table(MaterialKeys, RawTable(table.file, f"{table.name}.material", raw))
+        values = read_table(MaterialKeys, table.within("material", raw))
         return Material(values["density"], values["youngs_modulus"], values["poisson"])
     if not isinstance(raw, str) or raw not in MATERIALS:
         table.refuse("material", raw, MATERIAL.wanted)
@@ -181,7 +182,7 @@ def _section(own: Item, material: Material) -> Section:
         if not bore < diameter:
             table.refuse("bore", table.values.get("bore", bore), f"less than the diameter at its {_FROM[i]} end, {diameter:g} m")
     material = _material(table, values["material"], material)
-    return Section(values["length"], values["diameter"], values["bore"], material, values["name"] or "")
+    return Section(values["length"], values["diameter"], values["bore"], material, values.get("name") or "")
 
 
 def _disk(own: Item, place: float, shaft: Shaft, material: Material) -> Disk:
@@ -197,6 +198,10 @@ def _disk(own: Item, place: float, shaft: Shaft, material: Material) -> Disk:
             table.refuse("diameter", table.values["diameter"], f"more than that {what}, {bore:g} m")
         density = _material(table, values["material"], material).density
         inertias = dict(zip(inertias, disk_inertias(values["diameter"], bore, values["width"], density), strict=True))
+    else:
+        for key in ("bore", "material"):
+            if values[key] is not None:
+                table.refuse(key, table.values[key], "left out where mass and inertias are given", "it would have no effect")
     missing = [key for key, value in inertias.items() if value is None]
     if missing:
         table.refuse(missing[0], None, "given beside the others of mass, polar_inertia and diametral_inertia")

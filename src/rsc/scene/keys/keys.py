@@ -46,6 +46,13 @@ class RawTable:
         self.file, self.name, self.values, self.folder, self.fastest = file, name, values, folder, 0.0
         # (key, dimension) -> the first number without a unit and the first text with another unit, each with its place
         self._met: dict[tuple[str, str], dict[type, tuple[str, object]]] = {}
+        self.read: list[Values] = []  # what was read of this table and of those inside it
+
+    def within(self, place, values):
+        """A table inside this one, at a place such as "disks[0]", whose keys must be taken as its are."""
+        inner = RawTable(self.file, f"{self.name}.{place}", values, self.folder)
+        inner.fastest, inner.read = self.fastest, self.read
+        return inner
 
     def refuse(self, key, value, wanted, hint=""):
         """Raise the SceneError for one key of this table."""
@@ -82,14 +89,21 @@ class Values(dict):
         self._untaken.discard(key)
         return super().__getitem__(key)
 
+    def get(self, key, default=None):
+        """The value of a key that not every class of tables declares."""
+        self._untaken.discard(key)
+        return super().get(key, default)
+
     def made(self, section):
         """An object of the class that declares the keys and has a field for each."""
         return section(**self)
 
     def refuse_untaken(self, besides=()):
-        """AssertionError, which names it, where a given key has not been taken; besides: keys read before the others were."""
-        if untaken := self._untaken.difference(besides):
-            raise AssertionError(f"[{self._table.name}] {min(untaken)} is declared, and nothing reads it")
+        """AssertionError, which names it, where a given key of this table or of one inside it has not been taken; besides: keys
+        read before the others were."""
+        for values in self._table.read:
+            if untaken := values._untaken.difference(besides if values is self else ()):
+                raise AssertionError(f"[{values._table.name}] {min(untaken)} is declared, and nothing reads it")
 
 
 @cache  # asked for every key of every case of a sweep
@@ -157,7 +171,8 @@ def read_table(section, table, elsewhere=None):
             if default is None:
                 table.refuse(group[0], None, "given, or instead of it " + " or ".join(group[1:]))
             values[default[0]] = default[1]
-    return Values(table, values)
+    table.read.append(Values(table, values))
+    return table.read[-1]
 
 
 def _title(section, table):

@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from rsc.scene.keys.keys import MAX_COORDINATES, Number, RawTable, as_list, known_keys, read_table
+from rsc.scene.keys.keys import MAX_COORDINATES, Number, RawTable, Values, as_list, known_keys, read_table
 from rsc.units import DIMENSIONS
 
 
@@ -12,7 +12,7 @@ class Item(NamedTuple):
     """One table of a list, and the values of its keys."""
 
     table: RawTable
-    values: dict[str, Any]
+    values: Values
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,7 @@ class Tables:
         for i, values in enumerate(parts):
             if not isinstance(values, Mapping):
                 table.refuse(f"{key}[{i}]", values, f"a table {{{', '.join(known_keys(self.section))}}}")
-            own = RawTable(table.file, f"{table.name}.{key}[{i}]", values, table.folder)
-            own.fastest = table.fastest
+            own = table.within(f"{key}[{i}]", values)
             read.append(Item(own, read_table(self.section, own)))
         return tuple(read)
 

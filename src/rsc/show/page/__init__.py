@@ -34,7 +34,7 @@ LIBRARY = HERE / "plotly" / "plotly-cartesian.min.js.gz"
 # no address is ever asked for anything, whatever a scene's title holds
 POLICY = "default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
 
-# what the colours of a path are
+# legend of an orbit
 BODIES = {
     "simulated": "Blue: rotor; vermilion: where it touches; green: stator; dashed: the gap around the stator",
     "measured": "Blue: rotor; dashed: the gap of the scene around its resting position",
@@ -105,13 +105,13 @@ def _body(report, title, figures, orbits):
         '<section class="live controls" aria-label="cursor"><label for="cursor">Cursor over all pictures</label>'
         f'<label for="whirl">whirl</label><select id="whirl"><option value="">all</option>{choices}</select>'
         '<input type="range" id="cursor" min="0" max="1" value="0"><output id="readout" for="cursor"></output></section>'
-        '<section class="live"><div class="grid2"><div id="orbit" role="img" aria-label="path of the rotor at the cursor"></div>'
+        '<section class="live"><div class="grid2"><div id="orbit" role="img" aria-label="orbit of the rotor at the cursor"></div>'
         '<div id="spectrum" role="img" aria-label="spectrum at the cursor"></div></div></section>'
         f"<section><h2>Frequencies</h2>{figures['Frequencies']}</section>"
         f"<section><h2>Amplitude</h2>{figures['Amplitude']}</section>"
         f"<section><h2>Predicted whirls: where they begin, end and jump</h2>{sections.whirls(report)}</section>"
         f"{_section('Force and friction', figures['Force and friction'])}"
-        f'<section><h2>Paths at the moments that matter</h2><div class="grid3">{"".join(orbits)}</div>'
+        f'<section><h2>Orbits at key speeds</h2><div class="grid3">{"".join(orbits)}</div>'
         f'<p class="soft">{BODIES[report.word]}; a mark at '
         "every revolution of the shaft; dotted: filtered at 1X (purple) and at the whirl frequency (light blue), ellipses of the "
         "forward and the backward line there.</p></section>"

@@ -116,7 +116,7 @@
     Plotly.restyle("spectrum", {y: [spectrumAt(i)]});
     const {frequency, force} = cursor.units;
     const place = `${format(cursor.speed[i])} ${frequency}, ${format(cursor.time[i])} s`;
-    Plotly.relayout("orbit", {"title.text": `path at ${place}`});
+    Plotly.relayout("orbit", {"title.text": `orbit at ${place}`});
     Plotly.relayout("spectrum", {"title.text": `spectrum at ${place}`});
     const [f, fPredicted, a, aPredicted] = cursor.values.map((column) => column[i]);
     const whirl = f === null || cursor.verdict[i] === "no whirl" ? "no backward whirl" : `whirl ${cursor.branch[i]} ${format(f)} ${frequency} (predicted ${format(fPredicted)}), `

@@ -14,7 +14,7 @@ from rsc.show.words.motions import claim, motions_cells, only_predicted, rolling
 from rsc.show.words.reasons import note_of_change
 from rsc.show.words.table import in_units
 from rsc.show.words.text import LEDGER, at_lead, branches_cells, run_text, window_cells
-from rsc.show.words.wording import frequency_text, length, speed_text
+from rsc.show.words.wording import frequency_text, length, sentence_in_units, speed_text
 
 HASHED = 64
 
@@ -95,7 +95,7 @@ def assumptions(report):
         text = f"contact.diameter > {length(summary.least_diameter)}"
         rows.append(("surfaces slide forward (12)", text, "a smaller journal would roll: give contact.diameter"))
     rows += [(f"agreement in the {name}", f"within {100.0 * tolerance:g} %", "") for name, tolerance in TOLERANCES.items()]
-    notes = "".join(f"<li>{escape(note)}</li>" for note in report.remarks)
+    notes = "".join(f"<li>{escape(sentence_in_units(note))}</li>" for note in report.remarks)
     return table(("assumption", "size in this run", ""), rows) + (f"<ul>{notes}</ul>" if notes else "")
 
 

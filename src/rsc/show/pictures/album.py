@@ -29,7 +29,7 @@ PICTURES = {
         pictures.campbell,
         "Campbell diagram. Shade: {word} amplitude without the mean of every window, which lies up to {mean} from the bearing "
         "centre. Vermilion: predicted whirls, dashed where unstable, "
-        "dotted where they are no circle and nothing is claimed. Grey: multiples of the rotor speed. Green and "
+        "dotted where they are not circular and their stability is not assessed. Grey: multiples of the rotor speed. Green and "
         "purple: natural frequencies of rotor and stator joined, and of the rotor alone.",
         "Frequencies",
         "campbell",

@@ -11,6 +11,7 @@ from rsc.show.pictures.pictures import stretches_of
 from rsc.show.pictures.stability import stability
 from rsc.show.pictures.traces import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY, axes, dots, in_units, line, named_once
 from rsc.show.words.units import largest_finite, unit_for
+from rsc.show.words.wording import cause_text
 
 COLOURS = (BLUE, GREEN, ORANGE, SKY)  # of pairs of whirls
 SHAPES = ("circle", "square", "diamond", "triangle-up", "triangle-down", "triangle-left", "triangle-right", "cross")
@@ -44,7 +45,7 @@ def map_of(survey):
     amplitude.append(line([speeds.min(), speeds.max()], [factor * gap] * 2, "gap", GREY, "dashdot", 1.2))
     for i, (cause, places) in enumerate(_marks(shown, factor).items()):
         for data, row in ((frequency, 1), (amplitude, 2)):
-            data.append(dots(places[:, 0], places[:, row], cause, "#ffffff", INK, 7, symbol=SHAPES[i % len(SHAPES)]))
+            data.append(dots(places[:, 0], places[:, row], cause_text(cause), "#ffffff", INK, 7, symbol=SHAPES[i % len(SHAPES)]))
     for i, place in enumerate(survey.ratios):
         pair = [next(b for b in shown if b.label == label) for label in (place.label, place.towards)]
         text = f"F_N of {place.label} is {place.ratio:.3f} F_N of {place.towards}"

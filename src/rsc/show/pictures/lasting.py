@@ -3,7 +3,7 @@
 import numpy as np
 
 from rsc.show.pictures.traces import ORANGE, dots, line
-from rsc.show.words.wording import hertz, motion_name
+from rsc.show.words.wording import frequency_text, motion_name
 
 EDGE = 0.97  # of the reach of a picture, where a motion beyond it is marked
 
@@ -22,10 +22,10 @@ def lasting_marks(report, along, reach):
     frequency, places = (np.array(column) for column in list(zip(*motions, strict=True))[:2])
     beyond = np.abs(frequency) > reach
     x = np.where(beyond, np.sign(frequency) * EDGE * reach, frequency)
-    names = [f"{name}, {hertz(rate)} Hz" if far else "" for (rate, _, name), far in zip(motions, beyond, strict=True)]
+    names = [f"{name}, {frequency_text(rate)}" if far else "" for (rate, _, name), far in zip(motions, beyond, strict=True)]
     marks = dots(x, places, "lasts, from a list of motions", "#ffffff", ORANGE, 9)
-    data = [marks | {"hovertext": [f"{name}, {hertz(rate)} Hz" for rate, _, name in motions]}]
-    for own, position in ((beyond & (x < 0.0), "top right"), (beyond & (x >= 0.0), "top left")):
+    data = [marks | {"hovertext": [f"{name}, {frequency_text(rate)}" for rate, _, name in motions]}]
+    for own, position in ((beyond & (x < 0.0), "bottom right"), (beyond & (x >= 0.0), "bottom left")):
         if own.any():
             told = [text if mine else "" for text, mine in zip(names, own, strict=True)]
             more = {"mode": "lines+text", "text": told, "textposition": position, "showlegend": False}

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from rsc.show.pictures.settings import default_settings
+
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
@@ -30,8 +32,7 @@ from rsc.show.pictures.axes import (
     legend_below,
     new_figure,
 )
-from rsc.show.pictures.settings import default_settings
-from rsc.show.words.units import largest_finite, unit_for
+from rsc.show.words.units import column, largest_finite, unit_for
 from rsc.show.words.wording import frequency_text, motion_name
 
 # from light, nothing, to dark, worst
@@ -45,7 +46,7 @@ ABSENT = "no value"
 VALUES = matplotlib.colormaps["cividis_r"]
 EVEN = 1e-3  # of a ratio: values whose ratios differ by less stand on a logarithmic axis
 WIDE = 30.0  # largest over smallest value from which colours are logarithmic
-PREFIXED = ("m", "N", "m/s", "W")
+PREFIXED = ("m", "N", "N s", "m/s", "W", "kg")
 
 
 @dataclass(frozen=True)
@@ -274,6 +275,8 @@ def plot_panels(x: Side, panels: Sequence[Panel], *, title: str) -> Figure:
 
 def scaled(values: ArrayLike, unit: str) -> tuple[float, str]:
     """Factor and unit in which values read well; "" for numbers without unit."""
+    if unit == "Hz":
+        return column(unit)
     if unit in PREFIXED:
         return unit_for(largest_finite(np.abs(np.asarray(values, float))), unit)
     return 1.0, "" if unit == "1" else unit

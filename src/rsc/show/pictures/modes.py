@@ -1,4 +1,4 @@
-"""Modes of a machine as tables and as a Campbell picture."""
+"""Modes of a machine as tables and as a Campbell diagram."""
 
 import math
 

@@ -6,6 +6,7 @@ dotted where nothing is claimed.
 
 import numpy as np
 
+from rsc.measure.stretches import at_contacts
 from rsc.measure.windows import ROLL
 from rsc.show.pictures.lasting import lasting_marks
 from rsc.show.pictures.moments import seen_lines
@@ -37,7 +38,7 @@ MOST_ROWS, MOST_COLUMNS = 400, 720  # cells of the amplitudes in the page
 COLOURS = (GREEN, ORANGE, PURPLE)  # of contacts beside the one that a report is at
 MOST_STACKED, STACK_HEIGHT = 50, 0.2  # lines of a waterfall, and the highest over the vertical axis
 FREQUENCY_TITLE = "whirl frequency in Hz (backward < 0)"
-DASHES = {"stable": "solid", "touches a clearance": "dashdot", "unstable": "dash", "no circle: nothing claimed": "dot"}
+DASHES = {"stable": "solid", "touches a clearance": "dashdot", "unstable": "dash", "not circular: stability not assessed": "dot"}
 WIDER = 2.0  # times the reach without them, up to which motions that last widen it
 LEAST_PHASE = 10.0  # degrees, half the axis
 
@@ -262,8 +263,9 @@ def _changes(report, along, top):
 
 
 def force(report, along):
-    """Normal force over the run: mean and largest of every window, and that of the stable whirls; None of a measured run."""
-    if report.strip is None:
+    """Normal force over the run: mean and largest of every window, and that of the stable whirls; None of a measured run, and of
+    one without contact where no whirl is stable."""
+    if not _touches(report) and (report.strip is None or not any(branch.stable.any() for branch in report.branches)):
         return None
     strip, factor, picture = _strip(report, along, "normal force, mean of a window", report.strip.normal_force, "N")
     picture["data"][0]["showlegend"] = True
@@ -286,14 +288,19 @@ def _beside(picture, report, along, quantity, factor):
         picture["data"].append(line(*thinned(along.of_windows, values), f"the same at {name}", colour, width=1.2))
 
 
+def _touches(report):
+    """Whether a run has contact, at any of its contacts; not of a measured one, whose probes do not see it."""
+    return report.strip is not None and any(own.contact_time.any() for own in at_contacts(report.result))
+
+
 def power(report, along):
-    """Power of friction over the run; None of a measured one."""
-    return None if report.strip is None else _strip(report, along, "friction power", report.strip.friction_power, "W")[2]
+    """Power of friction over the run; None of one without contact."""
+    return _strip(report, along, "friction power", report.strip.friction_power, "W")[2] if _touches(report) else None
 
 
 def share(report, along):
-    """Share of the time in contact over the run; None of a measured one."""
-    if report.strip is None:
+    """Share of the time in contact over the run; None of one without contact."""
+    if not _touches(report):
         return None
     picture = _strip(report, along, "time in contact", 100.0 * report.strip.share, "%")[2]
     _beside(picture, report, along, "share", 100.0)
@@ -302,8 +309,8 @@ def share(report, along):
 
 
 def slip(report, along):
-    """Slip of the surfaces over the run; None without a diameter."""
-    values = report.strip and report.strip.slip_velocity
+    """Slip of the surfaces over the run; None without contact or a diameter."""
+    values = report.strip.slip_velocity if _touches(report) else None
     return None if values is None else _strip(report, along, "slip velocity (0: rolling)", values, "m/s")[2]
 
 

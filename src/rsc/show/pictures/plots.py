@@ -10,6 +10,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from rsc.show.pictures.settings import default_settings
+
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
@@ -23,7 +25,6 @@ from rsc.errors import DataError
 from rsc.files.mark import PICTURES
 from rsc.files.output import OutputFile, put_all, target
 from rsc.show.pictures.axes import HALO, ROUND_STEPS, as_text, legend_below, new_figure
-from rsc.show.pictures.settings import default_settings
 
 MORE: dict[str, dict[str, Any]] = {
     ".png": {"pil_kwargs": {"compress_level": 1}},  # of 1 to 9: a little larger than with more, in half of the time

@@ -9,7 +9,7 @@ CLAIMS = {
     "stable": lambda value: value == STABLE,
     "touches a clearance": lambda value: value == TOUCHING,
     "unstable": lambda value: value == UNSTABLE,
-    "no circle: nothing claimed": np.isnan,
+    "not circular: stability not assessed": np.isnan,
 }
 
 

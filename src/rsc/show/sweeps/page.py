@@ -5,6 +5,8 @@ import io
 from html import escape
 from pathlib import Path
 
+from rsc.show.pictures.settings import default_settings
+
 import numpy as np
 
 from rsc.errors import one_line
@@ -12,9 +14,9 @@ from rsc.files.mark import HTML
 from rsc.files.output import OutputFile
 from rsc.show.page import head, made
 from rsc.show.page.sections import answers, table
-from rsc.show.pictures.settings import default_settings
 from rsc.show.sweeps import pictures as sweep_pictures
 from rsc.show.sweeps import words as sweep_words
+from rsc.show.words.units import shown_as_in
 
 DPI = 110
 CAPTIONS = {
@@ -31,7 +33,12 @@ def sweep_page_file(data, path):
 
 
 def sweep_page(data):
-    """The text of the page of a sweep."""
+    """The text of the page of a sweep, in the units that are chosen, or else those of its scene."""
+    with shown_as_in(sweep_pictures.scene_of(data)):
+        return _page(data)
+
+
+def _page(data):
     title = escape(one_line(data.attributes.get("title", "")) or "sweep")
     figures = "".join(_figure(name, figure) for name, figure in sweep_pictures.pictures(data).items())
     why = "".join(f"<li>{escape(line)}</li>" for line in sweep_words.reasons(data))

@@ -3,11 +3,13 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from rsc.show.pictures.settings import default_settings
+
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from rsc.errors import DataError, one_line
+from rsc.errors import DataError, SceneError, one_line
 from rsc.files.output import OutputFile
 from rsc.measure.kinds import Kind
 from rsc.measure.words import VERDICTS
@@ -15,8 +17,9 @@ from rsc.results.labelled import Labelled
 from rsc.scene.scene import Scene
 from rsc.show.pictures import maps, plots
 from rsc.show.pictures.maps import Curve, Panel, Side
-from rsc.show.pictures.settings import default_settings
 from rsc.show.sweeps.words import WHIRL, danger_words, set_words
+from rsc.show.words.units import shown_as_in
+from rsc.show.words.wording import frequencies_text, frequency_text
 
 LARGEST = 1e100  # number that an axis can carry: widths and squares of it are finite
 SAMPLE = "sample"  # the dimension of scattered values
@@ -71,6 +74,20 @@ def pictures(data: Labelled) -> dict[str, Figure]:
         A number is so large that no axis can carry it.
     """
     _refuse_undrawable(data)
+    with shown_as_in(scene_of(data)):
+        return _pictures(data)
+
+
+def scene_of(data: Labelled) -> Scene | None:
+    """The scene of a sweep before anything was varied, None where it is not known: it says in which units numbers are shown."""
+    try:
+        return Scene.from_stored(data.attributes["scene"], "<sweep>")
+    except (KeyError, SceneError):
+        return None
+
+
+def _pictures(data: Labelled) -> dict[str, Figure]:
+    """name -> picture of all that a sweep computed."""
     title = one_line(data.attributes.get("title", ""))
     long = [dim for dim, size in data.dims.items() if dim != WHIRL and size > 1]
     keys = [dim for dim in long if dim in data.coordinates]
@@ -180,9 +197,9 @@ def _whirls_apart(codes: NDArray[np.int_], frequency: NDArray[np.float64]) -> tu
     for i, group in enumerate(groups):
         code = whirl if i == 0 else len(words)
         codes[seen & (frequency >= group[0]) & (frequency <= group[-1])] = code
-        ends = [f"{end:.4g}" for end in (group[0], group[-1])]
         wide = np.ptp(group) > TOLD_APART * abs(group[0])
-        words[code:] = [f"{Kind.SLIDING} at {' to '.join(ends) if wide else ends[0]} Hz", *words[code + 1 :]]
+        rate = frequencies_text(group[0], group[-1], ".4g") if wide else frequency_text(group[0], ".4g")
+        words[code:] = [f"{Kind.SLIDING} at {rate}", *words[code + 1 :]]
     return codes, words
 
 

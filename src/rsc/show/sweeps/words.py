@@ -7,7 +7,8 @@ import numpy as np
 
 from rsc.measure.several import together
 from rsc.results.labelled import as_str
-from rsc.show.words.units import unit_for
+from rsc.show.words.units import column, unit_for
+from rsc.show.words.wording import frequency_text
 
 MOST_REASONS = 5
 WHIRL = "whirl"  # the dimension of the whirls of a case
@@ -111,10 +112,17 @@ def _where(data, dims, place):
     """The values of the keys at a place of the grid."""
     at = dict(zip(dims, place, strict=True))
     return ", ".join(
-        f"{key} = {_shown(values[at[axes[0]]])}{' ' + about['units'] if about.get('units', '1') != '1' else ''}"
+        f"{key} = {_with_unit(values[at[axes[0]]], about.get('units', '1'))}"
         for key, (axes, values, about) in data.coordinates.items()
         if axes[0] in at and len(values) > 1
     )
+
+
+def _with_unit(value, unit):
+    """A value of a key; frequencies in the unit that is shown."""
+    if unit == "Hz" and column(unit)[1] != unit:
+        return frequency_text(float(value))
+    return _shown(value) + ("" if unit == "1" else f" {unit}")
 
 
 def _shown(value):

@@ -139,7 +139,7 @@ def _force(report):
     power, when = _largest_power(report, work)
     if power == 0.0:
         return text
-    words = "heat by friction" if heats else f"friction {'feeds' if power > 0.0 else 'brakes'} the motion with"
+    words = "friction heat" if heats else f"power {'input by' if power > 0.0 else 'lost to'} friction"
     return f"{text}; {words} up to {amount(abs(power), 'W')}, {when}"
 
 
@@ -167,10 +167,9 @@ def _drive(report):
     torque, work = np.abs(torques).max(), sum(own.drive_work for own in each)
     power, when = _largest_power(report, work)
     energy = float(work.sum())
-    contact, s = ("the contacts", "") if report.lead else ("the contact", "s")
-    most = f"up to {amount(torque, 'N m')} and {amount(abs(power), 'W')}"
-    text = f"{contact} take{s} {most} from it" if power >= 0.0 else f"{contact} give{s} it {most}"
-    other = "" if energy * power >= 0.0 else " taken from it" if energy > 0.0 else " given to it"
+    words = "rub torque on the shaft" if power >= 0.0 else "the rub drives the shaft with"
+    text = f"{words} up to {amount(torque, 'N m')}, power up to {amount(abs(power), 'W')}"
+    other = "" if energy * power >= 0.0 else " taken from the shaft" if energy > 0.0 else " given to the shaft"
     text += f", {when}; {amount(abs(energy), 'J')}{other} over the run"
     if any(contact.race_inertia is not None for contact in scene.contacts):
         heat, raced = (float(sum(values.sum() for values in parts)) for parts in zip(*map(_shared, each), strict=True))
@@ -223,7 +222,7 @@ def _stable(branch, speeds):
     if not stable.size:
         if any(branch.touches):
             return "stable nowhere without touching a clearance"
-        return "unstable" if (branch.growth_rate >= 0.0).any() else "no circle: nothing is claimed of its stability"
+        return "unstable" if (branch.growth_rate >= 0.0).any() else "not circular: stability not assessed"
     low, high = stable.min(), stable.max()
     if low > speeds.min() and high < speeds.max():
         return f"stable from {frequencies_text(low, high, '.1f')}"

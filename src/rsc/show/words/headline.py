@@ -39,15 +39,15 @@ def _counted(windows):
     off = [window.synchronous for window in windows if window.frequency.verdict == NO_WHIRL and window.synchronous.by]
     parts = []
     if backward:
-        frequencies, amplitudes = (f"in {q.split()[1]} (within {percent(TOLERANCES[q])})" for q in own)
+        frequencies, amplitudes = (f"within {percent(TOLERANCES[q])}" for q in own)
         counts = [values.count(AGREES) for values in own.values()]
-        told = f"{counts[0]} agree with the prediction {frequencies}, {counts[1]} {amplitudes}"
-        parts.append(f"of {_windows(len(backward))} with a backward line {told}{_others(own)}")
+        first = f"{counts[0]} of {_windows(len(backward))} with a backward line"
+        parts.append(f"frequency agrees {frequencies} in {first}, amplitude {amplitudes} in {counts[1]}{_others(own)}")
     if off:
         lines = [row.verdict for row in off]
         agree = f"{lines.count(AGREES)} of {_windows(len(lines))}"
         within = percent(TOLERANCES[SYNCHRONOUS])
-        text = f"without a backward line {agree} agree in the line at the rotor speed (within {within})"
+        text = f"1X amplitude agrees within {within} in {agree} without backward whirl"
         parts.append(text + _others({SYNCHRONOUS: lines}))
     if NOT_RESOLVED in verdicts:
         parts.append(f"{verdicts.count(NOT_RESOLVED)} of {_windows(len(verdicts))} cannot be compared (not resolved)")

@@ -67,11 +67,11 @@ def note_of_change(change):
     if reason.code == Code.LATE:
         text = (
             f"{whirl} loses stability at {frequency_text(change.predicted, '.2f')} (predicted); "
-            f"until the jump at {frequency_text(change.taken_over, '.1f')} a disturbance grows by e^{change.folds:.1f}: "
-            "the delay of a run-up, longer for a smaller disturbance, a tighter tolerance or a faster run-up"
+            f"delayed jump (dynamic bifurcation) at {frequency_text(change.taken_over, '.1f')}: growth e^{change.folds:.1f} in "
+            "between; a smaller disturbance, a tighter tolerance or a faster run-up delays it further"
         )
         jump = change.predicted_jump
-        rounding = f"; with rounding as the only disturbance it is predicted at {frequency_text(jump, '.1f')}"
+        rounding = f"; predicted with rounding errors as the only disturbance: {frequency_text(jump, '.1f')}"
         return text if math.isnan(jump) else text + rounding
     (number,) = reason.numbers
     if reason.code == Code.ENDED_BY_UNBALANCE:

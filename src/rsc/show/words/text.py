@@ -15,7 +15,7 @@ from rsc.show.words.reasons import note, note_of_change
 from rsc.show.words.table import table
 from rsc.show.words.units import SI, column, shown_as_in, shown_in
 from rsc.show.words.verdict import sentences
-from rsc.show.words.wording import frequency_text
+from rsc.show.words.wording import cause_text, event_text, frequency_text, length, not_valid, sentence_in_units
 
 # rows of windows that a table shows at most; --json has them all
 MOST_ROWS = 24
@@ -51,7 +51,7 @@ def _report_text(report):
         lines.append(f"forward rub: largest at {frequency_text(report.resonance, '.2f')} (closed form)")
     lines += [f"\n{motions_text(listed)}" for listed in report.motions]
     lines += [run_text(report.result.summary)] if report.result.summary else []
-    return "\n".join([*lines, *report.remarks, *notes(report)])
+    return "\n".join([*lines, *map(sentence_in_units, report.remarks), *notes(report)])
 
 
 def _other_psi():
@@ -63,7 +63,7 @@ def _other_psi():
 def notes(report):
     """The warnings of a report that its answer does not tell: of a measured run it begins with those of the signals."""
     told = set(report.result.warnings) if report.result.summary is None else set()
-    return [f"note: {warning}" for warning in report.warnings if warning not in told]
+    return [f"note: {sentence_in_units(warning)}" for warning in report.warnings if warning not in told]
 
 
 def at_lead(report):
@@ -123,8 +123,8 @@ def branches_cells(branches, gap):
         spans = [(b.frequency, 1.0), (b.growth_rate, 1.0), (b.amplitude, gap)]
         psi, growth, size = (_span(values[0] / unit, values[-1] / unit) for values, unit in spans)
         cells = [psi, *([together(b.pressed), *branch_cells(b)] if names else [size]), growth]
-        between = "".join(f"; {_event(event)}" for event in b.events)
-        ends = f"{b.begin.cause} and {b.end.cause}{between}{_touched(b)}"
+        between = "".join(f"; {event_text(event)}" for event in b.events)
+        ends = f"{cause_text(b.begin.cause)} to {cause_text(b.end.cause)}{between}{_touched(b)}"
         rows.append((b.label, _span(b.begin.value, b.end.value), *cells, ends))
     return header, rows
 
@@ -142,10 +142,6 @@ def _span(a, z):
     return f"{a:.5g}" if f"{a:.5g}" == f"{z:.5g}" else f"{a:.5g} .. {z:.5g}"
 
 
-def _event(event):
-    return f"{event.cause} {event.holds} {frequency_text(event.value, '.6g')}"
-
-
 def survey_text(survey):
     """Branches, forward rubs, attractors at the ends of the run, and delayed jumps."""
     gap = survey.scene.contact.gap
@@ -156,15 +152,15 @@ def survey_text(survey):
             f"there its normal force is {place.ratio:.4f} of the other's (mirror share {place.mirror_share:.2g})"
         )
     for rub in survey.rubs:
-        state = stable_stretches(rub)
+        state, ends = stable_stretches(rub), f"{cause_text(rub.begin.cause)} to {cause_text(rub.end.cause)}"
         lines.append(
-            f"forward rub {_span(rub.begin.speed, rub.end.speed)} Hz ({rub.begin.cause} to {rub.end.cause}), {state}, "
+            f"forward rub {_span(rub.begin.speed, rub.end.speed)} Hz ({ends}), {state}, "
             f"|r|/gap up to {rub.amplitude.max() / gap:.4f}"
         )
     for label, delay in survey.delays.items():
         lines.append(f"a run on whirl {label} loses it at {_delay_text(delay)}")
     lines += [f"whirl {label} {loads_text(own)}" for label, own in survey.loads.items() if own]
-    lines += survey.remarks
+    lines += map(sentence_in_units, survey.remarks)
     for speed, motions in survey.attractors.items():
         lines += ["", f"steady motions at {frequency_text(speed, 'g')}", _attractors(motions, gap)]
     return "\n".join(lines)
@@ -192,7 +188,7 @@ def _unclaimed(rate, touches=()):
         return touching(touches)
     if rate == 0.0:
         return "free or undamped: it neither dies away nor grows"
-    return "unstable" if rate > 0.0 else "no circle: nothing is claimed"
+    return "unstable" if rate > 0.0 else "not circular: stability not assessed"
 
 
 def stable_stretches(rub):
@@ -205,7 +201,7 @@ def stable_stretches(rub):
     if not (rub.stable.any() or touches.any()) and unclaimed.all() == unclaimed.any():
         return _unclaimed(rub.growth_rate.min())
     parts = []
-    claims = ("stable", rub.stable), ("touches a clearance", touches), ("no circle (nothing is claimed)", unclaimed)
+    claims = ("stable", rub.stable), ("touches a clearance", touches), ("not circular (stability not assessed)", unclaimed)
     for words, holds in claims:
         if not holds.any():
             continue
@@ -231,7 +227,7 @@ def _attractors(motions, gap):
 def whirls_text(whirls, gap, remarks=(), ratios=(), loads=()):
     """Table of the predicted whirls at one speed, remarks on them in words (`rsc.analysis.survey.remarks`), the force ratios of
     their pairs (`rsc.analysis.lines.force_ratio`), and what each takes from a drive with a torque (`rsc.system.held`)."""
-    header = ("speed Hz", "Psi Hz", "|r|/gap", "|s|/gap", "F_N N", "growth 1/s", "stable", "1X/gap", "2Psi-1X/gap", "fails")
+    header = ("speed Hz", "Psi Hz", "|r|/gap", "|s|/gap", "F_N N", "growth 1/s", "stable", "1X/gap", "2Psi-1X/gap", "not valid")
     rows = [
         (
             f"{w.speed:.4g}",
@@ -243,11 +239,11 @@ def whirls_text(whirls, gap, remarks=(), ratios=(), loads=()):
             claim(w),
             f"{w.synchronous.consistent.amplitude / gap:.4f}",
             f"{w.synchronous.consistent.mirror_amplitude / gap:.4f}",
-            ", ".join(w.violated) or "-",
+            not_valid(w),
         )
         for w in whirls
     ]
-    lines = [table(header, rows) if rows else "no whirl is predicted", *remarks]
+    lines = [table(header, rows) if rows else "no whirl is predicted", *map(sentence_in_units, remarks)]
     pairs = zip(whirls, loads, strict=False)
     lines += [f"whirl {frequency_text(w.frequency, '.4f')} {loads_text(own)}" for w, own in pairs if own]
     if ratios:
@@ -280,23 +276,29 @@ def _ratios(ratios):
 
 def run_text(summary):
     """Text on how a run ended, with its counters and its energy ledger."""
-    ledger = summary.ledger
+    ledger, (per_joule, joule) = summary.ledger, column("J")
     share = abs(ledger.residual) / ledger.turnover if ledger.turnover > 0.0 else 0.0
     parts = (ledger.rotor_damping, ledger.stator_damping, ledger.contact_damping)
-    rotor, stator, contact = (_lost(part, max(abs(ledger.residual), LEDGER * summary.rtol * ledger.turnover)) for part in parts)
+    accuracy = max(abs(ledger.residual), LEDGER * summary.rtol * ledger.turnover)
+    rotor, stator, contact = (_lost(per_joule * part, per_joule * accuracy) for part in parts)
+    least = summary.least_diameter
+
+    def told(energy):
+        return f"{per_joule * energy:.4g}"
+
     return (
         f"run {summary.status} at {summary.end_time:.6g} s: {summary.steps} steps at rtol {summary.rtol:.3g}, "
         f"{summary.rejected} rejected, "
         f"{summary.rhs_calls} right-hand sides, {summary.switches} contact switches, {summary.contact_onsets} onsets, "
         f"{summary.contact_releases} releases, {summary.contact_time:.4g} s in contact\n"
-        f"energy in J: in {ledger.energy_in:.4g}, "
-        + (f"by the drive through rotating damping {ledger.turned_in:.4g}, " if ledger.turned_in else "")
-        + (f"by coefficients that follow the speed {ledger.followed_in:.4g}, " if ledger.followed_in else "")
-        + (f"by the torque of the drive {ledger.driven_in:.4g}, " if ledger.driven_in else "")
-        + f"by friction {ledger.friction_in:.4g}; "
+        f"energy in {joule}: in {told(ledger.energy_in)}, "
+        + (f"by the drive through rotating damping {told(ledger.turned_in)}, " if ledger.turned_in else "")
+        + (f"by coefficients that follow the speed {told(ledger.followed_in)}, " if ledger.followed_in else "")
+        + (f"by the torque of the drive {told(ledger.driven_in)}, " if ledger.driven_in else "")
+        + f"by friction {told(ledger.friction_in)}; "
         f"lost in rotor {rotor}, stator {stator}, contact {contact}; "
-        f"change {ledger.change:.4g}; residual {ledger.residual:.2g} ({share:.1e} of the turnover)"
-        + (f"\nsliding forward (12) needs contact.diameter > {summary.least_diameter:.3g} m" if summary.least_diameter else "")
+        f"change {told(ledger.change)}; residual {per_joule * ledger.residual:.2g} ({share:.1e} of the turnover)"
+        + (f"\nsliding forward (12) needs contact.diameter > {length(least)}" if least else "")
     )
 
 

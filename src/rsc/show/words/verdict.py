@@ -17,6 +17,20 @@ MEANINGS = {
 }
 
 
+ON_RACE = "a whirl on the inner race, as after a drop: let the rotor run down"
+PASSING = "contact that ends by itself, without a whirl"
+
+
+def meaning_of(verdict):
+    """What the severity of a verdict means."""
+    run, impact, severity = verdict.run, verdict.impact, verdict.severity
+    if run is None or (impact and impact.hits and impact.severity == severity):
+        return MEANINGS[severity]
+    if severity == Severity.WHIRL and run.on_race:
+        return ON_RACE
+    return PASSING if severity == Severity.RUB and run.motion == Kind.TRANSIENT else MEANINGS[severity]
+
+
 def verdict_text(verdict):
     """The verdict as one text: its sentences, and the severity with its meaning."""
     return " ".join(sentences(verdict))
@@ -26,8 +40,7 @@ def sentences(verdict):
     """The sentences of a `rsc.measure.severity.Verdict`; the last one tells the severity."""
     told = [_run(verdict.run)] if verdict.run else []
     told += _impact(verdict) if verdict.coverage else ["What impacts start was not looked for."]
-    severity = verdict.severity
-    return [*told, f"Severity: {severity} ({MEANINGS[severity]})."]
+    return [*told, f"Severity: {verdict.severity} ({meaning_of(verdict)})."]
 
 
 def _run(run):

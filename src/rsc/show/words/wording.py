@@ -1,15 +1,59 @@
 """Quantities, speeds and places along a run in words."""
 
 import math
+import re
 
 import numpy as np
 
 from rsc.measure.several import name_of
-from rsc.show.words.units import VIBRATION, column, unit_for
+from rsc.show.words.units import SI, VIBRATION, column, system, unit_for
 
 MOST_STRETCHES = 3
+# a number, or two, with a unit of `sentence_in_units`, and no other behind it
+_NUMBER = r"([+-]?\d+(?:\.\d+)?(?:e[+-]?\d+)?)"
+_QUANTITY = re.compile(rf"(?<![\w.]){_NUMBER}(?: to {_NUMBER})? (Hz|m/s|mm|N)(?![\w/]| [ms]\b)")
 # of predictions that have no letter
 NAMES = {"": "no whirl", "roll": "rolling", "forward rub": "forward rub", "no contact": "no contact"}
+
+
+# side condition (`rsc.analysis.paper.whirls.side_conditions`) -> what is wrong with a whirl for which it does not hold
+NOT_VALID = {
+    "psi_real": "at its fold",
+    "normal_force_positive": "contact in tension",
+    "asynchronous_force_dominates": "force below 3 times that of the unbalance",
+    "rotor_amplitude_exceeds_gap": "orbit smaller than clearance",
+    "sliding": "does not slide forward",
+    "contact_stiff_enough": "contact too soft",
+    "nearly_circular": "orbit not circular",
+    "within_clearances": "touches a clearance",
+}
+# cause of an event (`rsc.analysis.lines.events`) -> its name, as of a mark in a picture
+CAUSES = {
+    "fold of two roots": "fold (limit point)",
+    "fold of two forward rubs": "fold (limit point)",
+    "end of the range": "end of range",
+    "normal force positive": "contact pressed",
+    "|r_R| above the gap": "orbit larger than clearance",
+    "stable (creeping)": "loss of stability (real eigenvalue)",
+    "stable (oscillatory)": "flutter (Hopf)",
+}
+LOSSES = {"stable (creeping)": "real eigenvalue", "stable (oscillatory)": "flutter, Hopf"}
+
+
+def not_valid(whirl):
+    """Why the solution for a whirl is not valid, in words; "-" where every side condition holds."""
+    return ", ".join(NOT_VALID[name] for name in whirl.violated) or "-"
+
+
+def cause_text(cause):
+    """The cause of an event of a branch in words."""
+    return CAUSES.get(cause, cause)
+
+
+def event_text(event):
+    """An event of a branch in words, with its speed: on which side of it the condition holds."""
+    at = f"{event.holds} {frequency_text(event.value, '.6g')}"
+    return f"stable {at} ({LOSSES[event.cause]})" if event.cause in LOSSES else f"{cause_text(event.cause)} {at}"
 
 
 def whirl_name(label):
@@ -46,6 +90,22 @@ def frequency_text(value, form=""):
 def frequency_number(value):
     """The same without its unit, for a table."""
     return hertz(value) if column("Hz")[1] == "Hz" else rpm(value)
+
+
+def sentence_in_units(text):
+    """A sentence of the analysis, which tells numbers in SI and Hz, with its frequencies, speeds, forces and lengths in the units
+    that are shown."""
+    return text if system() == SI else _QUANTITY.sub(_converted, text)
+
+
+def _converted(match):
+    """A number, or two from one to the other, with its unit."""
+    low, high, unit = match.groups()
+    base, factor = {"mm": ("m", 1e-3)}.get(unit, (unit, 1.0))
+    values = [factor * float(number) for number in (low, high) if number]
+    if base == "Hz":
+        return frequency_text(*values) if len(values) == 1 else frequencies_text(*values)
+    return " to ".join(amount(value, base) for value in values)
 
 
 def speed_text(value):

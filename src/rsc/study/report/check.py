@@ -43,6 +43,7 @@ from rsc.study.motions.release import with_held
 from rsc.study.prediction.reductions import coefficient_remarks, reduction_remarks
 from rsc.study.report.alone import moving_lines, settling_rates
 from rsc.study.report.best import best_predictions, no_predictions, rolling_motion
+from rsc.study.report.letters import lettered
 from rsc.study.report.report import Report, border_of_run, course_of, measured, sag_of
 from rsc.study.run.simulate import simulate, tolerance_remark
 from rsc.system.assemble import assemble
@@ -145,7 +146,7 @@ def compared(
     steady = Steady(alone, rub, moving_lines(one, features, alone), settling_rates(system, features))
     windows = compare(features, whirl_branches, steady, rolls, best, _load_deflection(one))
     changes = transitions(features, whirl_branches, {} if several else delays_of(scene, system, whirl_branches), best)
-    listed = _motions(scene, features, torque or scene) if lists else []
+    listed = [lettered(own, whirl_branches) for own in _motions(scene, features, torque or scene)] if lists else []
     limits = np.sort(np.abs(scene.drive.speed))[[0, -1]] * TWO_PI
     closed = limits[1] > limits[0] and not several
     resonance = synchronous_resonance(system, limits) / TWO_PI if closed else float("nan")
@@ -302,7 +303,7 @@ def _directions_remarks(whirl_branches: list[Branch]) -> list[str]:
         if shares:
             remarks.append(
                 f"whirl {branch.label}: directions differ, its mirror line has {100 * min(shares):.1f} to "
-                f"{100 * max(shares):.1f} % of it; above 10 % it is no circle, and nothing is claimed of it"
+                f"{100 * max(shares):.1f} % of it; above 10 % it is not circular and its stability is not assessed"
             )
     return remarks
 

@@ -20,7 +20,7 @@ from rsc.kernel.model import SAMPLES, STEPS
 from rsc.operating_system import SENT_TWICE, STOPS
 from rsc.results.agreement import refuse_other_scene
 from rsc.results.budget import foresee, refuse_too_large
-from rsc.results.result_file import ResultFile, ResultWriter, discard_left, read_summary, resumable, take_over
+from rsc.results.result_file import ResultFile, ResultWriter, discard_left, read_summary, refuse_unfinished, resumable, take_over
 from rsc.results.structure import refuse_other_file
 from rsc.results.summary import Status, Summary
 from rsc.results.trajectory import MemoryBlocks, Trajectory, load
@@ -97,6 +97,8 @@ def simulate(
         place(path)  # its reader says more
     else:
         refuse_other_file(path, overwrite)
+        if damaged := "" if overwrite else refuse_unfinished(path):
+            note(f"{damaged}: what a killed run left there cannot be continued, and this run takes its place")
     run, old = _to_resume(scene, path, bitwise, overwrite, note) if resume else (run_of(scene), None)
     if run is None:
         return load(path)

@@ -1,0 +1,252 @@
+"""Lines of an answer over the product of terms, read as text and judged by the third engine: those of one contact as
+answers_lines.py judges them, those of several at every contact."""
+
+import re
+
+import numpy as np
+
+from answers_labels import BACKWARD
+from answers_lines import ANY_SIZE, JUDGES, contradictions
+from answers_witness import NUM, PREFIX, SAID
+from rsc.measure.several import name_of
+from rsc.show.words.answer import answer
+from rsc.show.words.verdict import MEANINGS, ON_RACE, PASSING
+
+WHIRLS = BACKWARD | {"forward whirl", "running away"}
+LOOSE = 0.05
+
+
+def size_of(number, prefix):
+    """A number with its prefix."""
+    return float(number) * PREFIX[prefix]
+
+
+def judged(report, witness):
+    """(topic, text, [what is false, "" or "skipped"]) of every line of an answer but those on lists."""
+    told, one = answer(report), len(witness.contacts) == 1
+    names = [contact.name for contact in report.result.scene.contacts]
+    for topic, text in told:
+        if re.search(r"\b(nan|inf)\b", text):
+            yield topic, text, ["nan or inf"]
+        elif topic == "drive":
+            yield topic, text, list(of_drive(text, witness))
+        elif topic == "verdict":
+            yield topic, text, list(of_verdict(text, witness))
+        elif topic in LISTS:
+            continue
+        elif topic in names and not one:
+            yield "at a contact", text, list(of_contact(text, witness.contacts[names.index(topic)], topic))
+        elif not one and topic in SEVERAL:
+            yield topic, text, list(SEVERAL[topic](text, witness))
+        elif topic in JUDGES:
+            yield topic, text, list(JUDGES[topic](text, witness.contacts[0]))
+        else:
+            yield topic, text, ["the judge knows no such line"]
+    if one:
+        for finding in contradictions(dict(told), report):
+            yield finding.topic, finding.detail, [finding.detail]
+
+
+LISTS = ("after an impact", "not reached")
+
+
+def of_whirl(text, witness):
+    """Kinds of all windows at every contact, and that the text names each of them."""
+    report = witness.report
+    contacts = report.result.scene.contacts
+    for j, contact in enumerate(contacts):
+        own = [str(kind) for kind in report.contacts[contact.name].kind]
+        yield from (f"{contact.name}: {problem}" if problem != "skipped" else problem for problem in _windows(own, witness, j))
+    for i, name in enumerate(report.features.names):
+        kinds = {contact.name: str(report.contacts[contact.name].kind[i]) for contact in contacts}
+        if name_of(kinds) != name:
+            yield f"window {i} is {kinds}, called {name!r}"
+    backward = any(str(kind) in BACKWARD for kind in report.features.kind)
+    if text.startswith("no backward whirl") == backward:
+        yield "backward whirl and none"
+    touched = any(signals.touch.any() for signals in witness.runs.of(0))
+    if ("no contact" in text.split("; ")) == touched and touched:
+        yield "there is contact"
+
+
+def _windows(own, witness, j):
+    """Problems of the kinds (n_w,) that windows have at contact j."""
+    contact = witness.contacts[j]
+    for i, kind in enumerate(own):
+        if kind in contact.window_kinds(i, contact.signals[0]):
+            continue
+        every = [contact.window_kinds(i, each[j]) for each in witness.every]
+        beside = [k for k in (i - 1, i + 1) if 0 <= k < len(own) and contact.parted(i)]
+        near = any(kind in contact.window_kinds(k, each[j]) for k in beside for each in witness.every)
+        if any(kind in one for one in every) or near or not set.intersection(*every):
+            yield "skipped"
+            continue
+        yield f"window {i}, called {kind}, is {' or '.join(sorted(every[0]))}"
+
+
+def of_frequency(text, witness):
+    """Ranges of the rates at which d turns in windows that whirl, at the contact that each window is told of."""
+    report = witness.report
+    contacts = report.result.scene.contacts
+    for part in text.split("; "):
+        match = re.match(rf"(forward whirl )?{NUM}(?: to {NUM})? Hz \(", part)
+        if match is None:
+            yield "" if "negative" in part else f"unreadable: {part!r}"
+            continue
+        forward, low, high = match.groups()
+        wanted = {"forward whirl"} if forward else BACKWARD
+        windows = [i for i, kind in enumerate(report.features.kind) if str(kind) in wanted]
+        first = witness.contacts[0]
+        slack = 1.2 / min(np.ptp(first.edges[list(first.places(i))]) for i in windows)
+        rates = [first.rate(i, signals) for signals, contact in zip(witness.runs.of(0), contacts, strict=True) for i in windows
+                 if str(report.contacts[contact.name].kind[i]) in wanted]  # fmt: skip
+        for said in (float(low), float(high or low)):
+            off = slack + 0.02 * abs(said)
+            if not min(rates, default=0.0) - off <= said <= max(rates, default=0.0) + off:
+                yield "skipped" if first.parted(windows[-1]) else f"the contacts turn at {min(rates):.5g} to {max(rates):.5g} Hz"
+
+
+def of_contact(text, contact, name):
+    """Vibration, closest approach, force and share of contact at one of several contacts."""
+    loose = ANY_SIZE if contact.report.result.status == "diverged" else LOOSE
+    gap = contact.machine.gap
+    free = re.match(rf"vibration up to {SAID} pk-pk; closest approach {NUM} % of the clearance, never touched$", text)
+    pattern = (
+        rf"vibration up to {SAID} pk-pk; pressed in by up to {SAID}, {NUM} % of the clearance; up to {SAID} normal at "
+        rf"(?:{NUM} Hz \()?{NUM} s\)?; in contact for {NUM} % of the run$"
+    )
+    match = free or re.match(pattern, text)
+    if match is None:
+        yield "unreadable"
+        return
+    vibration = size_of(match[1], match[2])
+    yield contact.number(vibration, lambda signals: most_in_windows(signals, contact), loose, 2e-3 * gap)
+    largest = 0.01 * float(match[4]) * gap if free else gap + size_of(match[4], match[5])
+    yield contact.number(largest, lambda signals: signals.largest(signals.d), 0.02, 0.006 * gap)
+    if free:
+        return
+    depth = largest - gap
+    if abs(depth / gap - 0.01 * float(match[7])) > 0.06 * depth / gap + 1e-3:  # two digits
+        yield f"{depth:.4g} m are not {match[7]} % of the clearance"
+    yield contact.number(size_of(match[8], match[9]), lambda signals: signals.largest(signals.force), loose)
+    time = float(match[12])
+    width = float(np.diff(contact.edges).max()) + 0.006 * time
+
+    def share(signals):
+        return signals.largest(signals.force, time - width, time + width) / max(signals.force.max(), 1e-300)
+
+    yield contact.number(1.0, share, 2.0 * loose)
+    yield contact.number(0.01 * float(match[13]), lambda signals: signals.share(0.0, contact.end), 0.02, 2e-3)
+
+
+def most_in_windows(signals, contact):
+    """The larger extent of the rotor in y and z in the window where it is largest, m."""
+    fall = contact.report.fall
+    spans = [contact.span(i) for i in range(len(fall.time))]
+    spans[-1] = spans[-1][0], np.inf
+    pieces = [signals.rotor[signals.part(*span)] for span in spans]
+    return max(max(np.ptp(piece.real), np.ptp(piece.imag)) for piece in pieces if len(piece))
+
+
+def of_end(text, witness):
+    """The kind of the last window at every contact, and its speed."""
+    report = witness.report
+    match = re.match(rf"(.*), at a rotor speed of {NUM} Hz(?:, whirl .*)?$", text)
+    if match is None or match[1] != report.features.names[-1]:
+        yield "unreadable, or not the last window"
+        return
+    if abs(float(match[2]) - witness.contacts[0].speed(report.fall.time[-1])) > 1e-3 * float(match[2]):
+        yield f"the last window is at {witness.contacts[0].speed(report.fall.time[-1]):.5g} Hz"
+
+
+def of_mu_min(text, witness):
+    """Of several contacts it is not known."""
+    yield "" if "is not known: that is computed for one contact only yet" in text else "unreadable"
+
+
+SEVERAL = {"mu_min": of_mu_min, "whirl": of_whirl, "frequency": of_frequency, "at the end": of_end}
+
+
+def of_drive(text, witness):
+    """Torque, power and energy that friction takes from the drive at all contacts, heat and work on inner races."""
+    way, other = "(rub torque on the shaft|the rub drives the shaft with)", "( taken from the shaft| given to the shaft)?"
+    races = rf"(?: \(heat {SAID}, inner races (-?){SAID}\))?"
+    pattern = (
+        rf"{way} up to {SAID}, power up to {SAID}, (?:at|from) .*?; {SAID}{other} over the run{races}"
+        rf"(?:, {NUM} times the rotor's kinetic energy)?$"
+    )
+    match = re.match(pattern, text)
+    if match is None:
+        yield "unreadable"
+        return
+    way, torque, p, _, power, q, _, energy, e, _, other = match.groups()[:11]
+    heat, h, _, negative, raced, r = match.groups()[11:17]
+    sign = 1.0 if way.startswith("rub torque") else -1.0
+    wanted = {"power": sign * size_of(power, q), "energy": (-sign if other else sign) * size_of(energy, e)}
+    if heat:
+        wanted |= {"heat": size_of(heat, h), "races": size_of(raced, r) * (-1.0 if negative else 1.0)}
+    first, seen = witness.contacts[0], []
+    for each in witness.every:
+        seen.append({
+            "power": first.largest_mean(sum(own.given for own in each), each[0]),
+            "energy": sum(own.integral(own.given) for own in each),
+            "heat": sum(own.integral(own.heat) for own in each), "races": sum(own.integral(own.raced) for own in each),
+            "torque": 0.0,
+        })  # fmt: skip
+    scale = max(abs(seen[0]["energy"]), seen[0]["heat"])
+    for name, said in wanted.items():
+        values = np.array([own[name] for own in seen])
+        slack = LOOSE * abs(values).max() + (5e-3 * scale if name != "power" else 0.0)
+        if abs(said - values[0]) <= slack:
+            continue
+        yield "skipped" if np.ptp(values) > slack else f"{name}: {values[0]:.4g}"
+    omega, speeds = abs(size_of(power, q) / size_of(torque, p)), np.abs(first.drive.speed)
+    if len(witness.contacts) == 1 and not 0.97 * speeds.min() <= omega <= 1.03 * speeds.max():
+        yield f"power over torque is {omega:.4g} rad/s, the rotor turns at {speeds.min():.4g} to {speeds.max():.4g}"
+
+
+def of_verdict(text, witness):
+    """The severity by the definitions of docs/users/motions.md, the run's force and kind, and the counts of impacts."""
+    report = witness.report
+    match = re.search(r"Severity: (\w+) \((.*)\)\.$", text)
+    if match is None or match[2] not in (MEANINGS[match[1]], {"whirl": ON_RACE, "rub": PASSING}.get(match[1])):
+        yield "no severity, or another meaning"
+        return
+    each = witness.runs.of(0)
+    touched = any(signals.touch.any() for signals in each)
+    if touched == text.startswith("No contact in this run"):
+        yield "skipped" if len({any(own.touch.any() for own in one) for one in witness.every}) > 1 else f"touched: {touched}"
+    if force := re.search(rf"The run shows (.*?) at .*?, up to {SAID}[.;]", text):
+        contact = max(witness.contacts, key=lambda own: own.signals[0].largest(own.signals[0].force))
+        yield contact.number(size_of(force[2], force[3]), lambda signals: signals.largest(signals.force), LOOSE)
+    levels = ["safe", "unknown", "rub", "whirl", "destructive"]
+    kinds = {str(kind) for kind in report.features.kind}
+    least = "whirl" if kinds & WHIRLS else "rub" if touched and kinds - {"not resolved"} != {"no contact"} else "safe"
+    for listed in report.motions:
+        for motion in listed.motions:
+            if listed.hits(motion) and motion.motion != "no contact":
+                own = "destructive" if motion.border.passed else "whirl" if motion.motion in WHIRLS else "rub"
+                least = max(least, own, key=levels.index)
+    destroyed = report.border.passed and touched
+    if levels.index(match[1]) < levels.index("destructive" if destroyed else least):
+        yield f"at least {'destructive' if destroyed else least}"
+    if match[1] in ("whirl", "destructive") and least == "safe" and not destroyed:
+        yield "nothing in run or lists is that severe"
+    yield from _impacts(text, report)
+
+
+def _impacts(text, report):
+    """Counts and numbers of the sentence on impacts against the lists, which are judged by themselves."""
+    match = re.search(rf"At {NUM} Hz an impact starts (.*?): (\d+) of (\d+) impacts did(.*?)\. ", text)
+    if match is None:
+        return
+    speed, what, hits, impacts = float(match[1]), match[2], int(match[3]), int(match[4])
+    listed = min(report.motions, key=lambda one: abs(one.speed - speed))
+    unbounded = "does not bound" in what
+    known = [(listed.hits(motion), listed.starts) for motion in listed.motions
+             if (motion.motion in what if motion.bounded else unbounded)]  # fmt: skip
+    if (hits, impacts) not in known:
+        yield f"{what}: {known}"
+    found = re.search(rf"the smallest found has {SAID}, {SAID}", match[5])
+    if found and abs(size_of(found[1], found[2]) / listed.smallest.impulse - 1.0) > 0.01:
+        yield f"the list has {listed.smallest.impulse:.4g} N s"
