@@ -1,4 +1,4 @@
-"""A bouncing whirl that no linear stability shows.
+"""Bouncing backward whirl, which linear stability does not show.
 
 With a friction of 0.3 no whirl of this pump that slides is stable: the growth rates say so. But the motion does not end where the
 rotor leaves the ring: it comes back, bounces, and stays in a backward whirl of its own, with peaks of four kilonewton.

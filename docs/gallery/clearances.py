@@ -1,4 +1,4 @@
-"""Clearances that are watched: the contact that is modelled is not always the place that touches first.
+"""Monitored clearances: the modelled contact is not always the place that touches first.
 
 The contact of this pump is that of its wear ring. The balance drum and the bush of the shaft seal get no force, only their gaps:
 the run and every prediction tell what is touched there. A whirl that touches is not called stable, whatever its growth rate.

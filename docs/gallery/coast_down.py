@@ -1,4 +1,4 @@
-"""A pump trips while it rubs: it stands within four seconds, while untouched it coasts down for a minute.
+"""A pump trips during a rub: it stops within four seconds; without contact it coasts down for a minute.
 
 The motor keeps the whirl that an impact starts, at a little more slip. Once it has tripped, friction at the seal ring brakes six
 times as hard as the water at full speed, and more below. A prescribed coast-down of a minute would feed the whirl for a minute.

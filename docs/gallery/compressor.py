@@ -1,4 +1,4 @@
-"""Compressor of ROSS: from a finite-element file to the whirls at its labyrinth, and which of the guessed numbers matters.
+"""Compressor imported from ROSS: whirls at its labyrinth, and which of the estimated parameters matter.
 
 The model is ROSS's own example of a compressor, with the coefficients of bearings and seals at 9,000 rpm, as its `save_mat`
 wrote it; ROSS is not needed. The casing ring, its friction and the contact's stiffness are guesses, as they are in every machine.

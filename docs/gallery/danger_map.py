@@ -1,4 +1,4 @@
-"""A map of danger: at which friction and speed does an impact leave this pump in a backward whirl?
+"""Danger map: at which friction and speed does an impact leave this pump in a backward whirl?
 
 Friction is the number that nobody knows. A sweep asks the same of a grid of cases: what is predicted, and where a run ends that
 starts with an impact of 3 N s. Yellow is no safe colour: a whirl exists there, and a harder impact may start it.

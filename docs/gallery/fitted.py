@@ -1,4 +1,4 @@
-"""From a measured file to a fitted scene: which friction, gap and stiffnesses explain a whirl that two probes have seen.
+"""Fitting a scene to a measured run: friction, gap and stiffnesses that explain a whirl measured by two probes.
 
 The "measurement" is a simulated run, seen by two probes with noise and runout, so that the truth is known. The scene that is
 fitted to it begins 15 to 25 % off, where it has no such whirl. The fit tells friction, gap and casing; the contact's stiffness

@@ -1,4 +1,4 @@
-"""Rotor on journal bearings: coefficients follow the speed, and above a threshold the oil drives a forward whirl into the seal.
+"""Rotor on journal bearings: speed-dependent coefficients; above a threshold the oil film drives a forward whirl into the seal.
 
 Coefficients at each speed are those of a short plain bearing: the film's force, differentiated where it carries the weight.
 Deflections are counted from that place, so the scene has no gravity. The clearance that is watched is the film left below the

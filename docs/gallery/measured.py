@@ -1,4 +1,4 @@
-"""A measured run beside a scene: what two probes and a Keyphasor tell, and which value of the model is wrong.
+"""Comparison of a measured run with a scene: two probes and a Keyphasor show which value of the model is wrong.
 
 The "measurement" is a simulated run, seen by two probes at 45 and 135 degrees with noise and runout, so that the truth is known.
 The scene it is compared with has half of the friction; the comparison finds that out.

@@ -1,4 +1,4 @@
-"""Overhung fan: no whirl that slides is stable, and yet an impact ends in the worst motion there is, rolling.
+"""Overhung fan: no sliding whirl is stable, yet impacts end in the worst motion, rolling.
 
 The wheel on the end of its shaft splits its natural frequency in two by its gyroscopic moments. A list of predicted whirls that
 slide would call this fan safe; `rsc.motions` simulates from everything predicted and after impacts, and finds rolling.

@@ -20,7 +20,6 @@ def dop853(equations, times, rtol):
     states = equations.states(t, y)
     while len(rows) < len(times):
         how = {"rtol": rtol, "atol": rtol * equations.scale, "args": (states,), "dense_output": True}
-        how["max_step"] = equations.longest_step  # within a longer one the contact might open and close again unseen
         switches = equations.switches(states)
         run = solve_ivp(equations.rhs, (t, times[-1]), y, "DOP853", events=switches, **how)
         t, y = run.t[-1], run.y[:, -1]

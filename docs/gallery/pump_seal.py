@@ -1,4 +1,4 @@
-"""Vertical pump with a seal ring: the water that leaks through the ring is what keeps the pump from whirling.
+"""Vertical pump with a seal ring: the leakage through the ring prevents backward whirl.
 
 The leakage is a spring, a damper and, since the water turns with half of the shaft's speed, a cross-coupled spring, which drives
 forward and holds against backward whirl. A pump that starts dry has none of the three.

@@ -1,4 +1,4 @@
-"""A rotor that falls into its auxiliary bearings: whether it whirls is decided by friction and by the bearings' inner races.
+"""Rotor drop on auxiliary bearings: friction and the inner races decide whether the rotor whirls.
 
 The magnetic bearings fail at 200 Hz, with the heavy spot at 18 angles. Where the races do not turn, friction drives the rotor
 into the predicted whirl of both planes, with sixty times its weight, and a larger unbalance adds little; races that turn spin

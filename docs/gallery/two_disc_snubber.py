@@ -1,4 +1,4 @@
-"""Two-disc rig with a snubber ring: the way up and the way down differ, and which speed is safe depends on the way.
+"""Two-disc rig with a snubber ring: run-up and run-down differ (hysteresis).
 
 A snubber limits the passage of the resonance. Once in contact the ring's stiffness holds the rotor there: running up, it rubs to
 a higher speed than the one at which it touches first when it runs down.

@@ -1,4 +1,4 @@
-"""A pump with two seals: what each seal alone would have of a whirl touches the other one, and what lasts presses both.
+"""Pump with two seals: the whirl predicted with one seal touches the other; the whirl that lasts closes both contacts.
 
 A model with the impeller's seal alone predicts a stable backward whirl with 16 kN. On its way there the shaft meets the bush of
 the balance drum, so that this whirl does not exist. The whirl at both seals has a third of the force; a blow starts it.

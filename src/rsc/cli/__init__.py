@@ -51,7 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code: 0 done, 2 bad input, 3 numerics stopped, 4 file or disk, 5 some cases of a sweep
     failed, 130 interrupted.
 
-    A reader of the output that went away is nothing to the command: it goes on, and its files are written.
+    If the reader of the output goes away (broken pipe), the command continues and writes its files.
     """
     open_standard_files()
     with plain_streams() as out:

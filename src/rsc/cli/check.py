@@ -1,4 +1,4 @@
-"""`rsc check`: the main job."""
+"""`rsc check`: simulate, predict and compare."""
 
 import argparse
 import json
@@ -11,11 +11,11 @@ from rsc.files.output import folder, put_all, target
 
 
 def add(commands: Commands) -> None:
-    parser = commands("check", check_command, "simulate, predict and compare; write result and report, print the answer")
+    parser = commands("check", check_command, "simulate, predict and compare; print the answer, write result and report")
     parser.add_argument("scene", metavar="SCENE")
-    parser.add_argument("-o", "--output", metavar="DIR", help="folder for result and report (default out/SCENE)")
+    parser.add_argument("-o", "--output", metavar="DIR", help="folder of result and report (default: out/SCENE)")
     parser.add_argument("--force", action="store_true", help=FORCE)
-    parser.add_argument("--verbose", action="store_true", help="print the tables of the report as well")
+    parser.add_argument("--verbose", action="store_true", help="also print the tables of the report")
     parser.add_argument("--json", action="store_true", help=JSON)
     add_units(parser)
 

@@ -1,4 +1,4 @@
-"""What several commands share: scenes in, folders, notes, exit codes."""
+"""Shared by several commands: scene arguments, folders, notes, exit codes."""
 
 import argparse
 import contextlib
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 OK, BAD_INPUT, NUMERICS, DISK, SOME_FAILED, INTERRUPTED = 0, 2, 3, 4, 5, 130
 JSON = "print JSON instead of a table"
-FORCE = "replace files also where rsc did not write them, or where they were changed since"
+FORCE = "overwrite files that rsc did not write or that were changed since"
 # (name, function of the options, help) -> the parser of the command
 Commands = Callable[[str, Callable[[argparse.Namespace], int], str], argparse.ArgumentParser]
 
@@ -39,13 +39,13 @@ def clearances_plain(result: "Trajectory") -> dict[str, Any]:
 
 
 def add_units(parser: argparse.ArgumentParser) -> None:
-    """The option of a command that shows numbers."""
-    text = "units in which numbers are shown: si, metric (um, mm, rpm) or us (mil, in, lbf, rpm); default: [report] of the scene"
+    """Add `--units` to a command that prints or draws numbers."""
+    text = "display units: si, metric (um, mm, rpm) or us (mil, in, lbf, rpm); default: [report] of the scene"
     parser.add_argument("--units", choices=("si", "metric", "us"), help=text)
 
 
 def load(path: str) -> "Scene":
-    """The scene of a file; numbers are shown as it asks for, unless `--units` was given."""
+    """The scene of a file; its display units are used unless `--units` was given."""
     from rsc.scene.scene import load_scene
     from rsc.show.words.units import prefer
 
@@ -55,9 +55,9 @@ def load(path: str) -> "Scene":
 
 
 def add_scene_and_measured(parser: argparse.ArgumentParser) -> None:
-    """The two files of a command that takes a scene and a measured run, which it tells apart by what they hold."""
+    """Add the two file arguments SCENE and MEASURED; they are distinguished by their content."""
     parser.add_argument("scene", metavar="SCENE")
-    text = "the table [measured] of a run, a .toml file, or its data with such a file of the same name beside it"
+    text = "TOML file with the table [measured], or the data file if the TOML file has the same name"
     parser.add_argument("measured", metavar="MEASURED", help=text)
 
 

@@ -1,4 +1,4 @@
-"""`rsc compare`: a measured run beside a scene."""
+"""`rsc compare`: a measured run compared with the predictions for a scene."""
 
 import argparse
 import json
@@ -11,12 +11,12 @@ from rsc.files.output import folder, put_all, target
 
 
 def add(commands: Commands) -> None:
-    text = "a measured run beside the predictions for a scene: print the answer, write the page"
+    text = "compare a measured run with the predictions for a scene; print the answer, write the page"
     parser = commands("compare", compare_command, text)
     add_scene_and_measured(parser)
-    parser.add_argument("-o", "--output", metavar="FILE", help="the page (default out/MEASURED/comparison.html)")
+    parser.add_argument("-o", "--output", metavar="FILE", help="page to write (default: out/MEASURED/comparison.html)")
     parser.add_argument("--force", action="store_true", help=FORCE)
-    parser.add_argument("--verbose", action="store_true", help="print the tables of the report as well")
+    parser.add_argument("--verbose", action="store_true", help="also print the tables of the report")
     parser.add_argument("--json", action="store_true", help=JSON)
     add_units(parser)
 

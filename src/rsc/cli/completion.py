@@ -1,4 +1,4 @@
-"""`rsc completion`: a script by which a shell completes commands, options and their values, made from the parsers themselves."""
+"""`rsc completion`: shell completion of commands, options and their values, generated from the parsers."""
 
 import argparse
 from collections.abc import Iterator
@@ -22,7 +22,7 @@ _ZSH = "autoload -U +X compinit && compinit\nautoload -U +X bashcompinit && bash
 
 
 class _Completions(NamedTuple):
-    """What may stand behind some words: words -> help, options -> (help, their values), first those of the longest commands."""
+    """Completions after some words: words -> help, options -> (help, values); longest commands first."""
 
     commands: tuple[str, ...]
     words: dict[str, str]
@@ -30,7 +30,7 @@ class _Completions(NamedTuple):
 
 
 def add(commands: Commands) -> None:
-    parser = commands("completion", completion_command, "print a script by which a shell completes commands and options")
+    parser = commands("completion", completion_command, "print a shell completion script")
     parser.add_argument("shell", choices=("bash", "zsh", "fish"), metavar="SHELL", help="bash, zsh or fish")
 
 
@@ -43,7 +43,7 @@ def completion_command(options: argparse.Namespace) -> int:
 
 
 def _places(parser: argparse.ArgumentParser, commands: tuple[str, ...]) -> Iterator[_Completions]:
-    """The places below a parser, and last its own."""
+    """The completions of all subparsers, then those of the parser itself."""
     words: dict[str, str] = {}
     options: dict[str, tuple[str, tuple[str, ...]]] = {}
     for action in parser._actions:

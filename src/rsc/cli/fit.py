@@ -1,4 +1,4 @@
-"""`rsc fit`: values of a scene from a measured run."""
+"""`rsc fit`: fit values of a scene to a measured run."""
 
 import argparse
 import json
@@ -23,11 +23,11 @@ from rsc.files.output import put, target
 def add(commands: Commands) -> None:
     parser = commands("fit", fit_command, "fit values of a scene to the backward whirl of a measured run")
     add_scene_and_measured(parser)
-    text = "names of the values to fit, parted by commas: contact.friction,contact.gap"
+    text = "values to fit, separated by commas: contact.friction,contact.gap"
     parser.add_argument("--free", metavar="NAMES", required=True, help=text)
-    text = 'range that a value may lie in, such as "contact.gap=0.1 mm:0.4 mm"; by default from a quarter to four times'
+    text = 'range of a value, such as "contact.gap=0.1 mm:0.4 mm"; default: a quarter to four times its value'
     parser.add_argument("--prior", metavar="NAME=LOW:HIGH", action="append", default=[], type=_prior, help=text)
-    parser.add_argument("-o", "--output", metavar="FILE", help="the scene with the fitted values, .toml")
+    parser.add_argument("-o", "--output", metavar="FILE", help="write the scene with the fitted values (.toml)")
     parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--json", action="store_true", help=JSON)
     add_units(parser)

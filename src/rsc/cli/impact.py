@@ -8,12 +8,12 @@ from rsc.cli.progress import shown_runs
 
 
 def add(commands: Commands) -> None:
-    parser = commands("impact", impact_command, "the smallest impulse that starts a whirl of a rotor that turns without contact")
+    parser = commands("impact", impact_command, "find the smallest impulse that starts a whirl of a free-running rotor")
     parser.add_argument("scene", metavar="SCENE")
-    parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="constant rotor speed; by default the scene's")
-    parser.add_argument("--contact", metavar="NAME", help="impact at this one of several contacts; by default at the first")
-    parser.add_argument("--directions", metavar="N", type=int, default=24, help="over the full turn (default: 24)")
-    parser.add_argument("--largest", metavar="NS", type=in_si("impulse"), help="largest impulse that is tried, such as \"2 N s\"")
+    parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="constant rotor speed (default: that of the scene)")
+    parser.add_argument("--contact", metavar="NAME", help="contact at which the impact acts (default: the first)")
+    parser.add_argument("--directions", metavar="N", type=int, default=24, help="directions over 360 degrees (default: 24)")
+    parser.add_argument("--largest", metavar="NS", type=in_si("impulse"), help="largest impulse tried, e.g. \"2 N s\"")
     parser.add_argument("--json", action="store_true", help=JSON)
     add_units(parser)
 

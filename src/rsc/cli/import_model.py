@@ -1,4 +1,4 @@
-"""`rsc import`: finite-element models into scenes."""
+"""`rsc import`: scenes from ROSS and finite-element models."""
 
 import argparse
 from pathlib import Path
@@ -9,33 +9,33 @@ from rsc.errors import SceneError, shown
 
 
 def add(commands: Commands) -> None:
-    parser = commands("import", import_command, "a finite-element model into a scene: the rotor of ROSS, or matrices")
+    parser = commands("import", import_command, "import a ROSS model or finite-element matrices as a scene")
     kinds = parser.add_subparsers(required=True, metavar="KIND", dest="kind")
-    ross = kinds.add_parser("ross", help="ROSS's own model file (rotor.save, .toml), or its matrices (rotor.save_mat, .mat)")
-    several = "of several rotor speeds: coefficients follow the speed from one to the next"
-    ross.add_argument("model", metavar="MODEL", nargs="+", help=f"model file, or file of matrices, or such files {several}")
-    at = "rotor speed at which bearing coefficients were taken"
-    ross.add_argument("--speed", metavar="HZ", action=RotorSpeeds, nargs="+", help=f"{at}, one for each file")
+    ross = kinds.add_parser("ross", help="ROSS model file (rotor.save, .toml) or matrices (rotor.save_mat, .mat)")
+    several = "for several rotor speeds (coefficients are interpolated)"
+    ross.add_argument("model", metavar="MODEL", nargs="+", help=f"model file, or matrix file, or matrix files {several}")
+    at = "rotor speed of the bearing coefficients"
+    ross.add_argument("--speed", metavar="HZ", action=RotorSpeeds, nargs="+", help=f"{at}, one per file")
     fe = kinds.add_parser("fe", help="matrix files of any finite-element program")
     text = "file, or FILE:NAME for one of several matrices in it"
     for name in ("mass", "stiffness", "damping", "gyroscopic", "rotating-damping"):
         fe.add_argument(f"--{name}", metavar="FILE", required=name in ("mass", "stiffness"), help=text)
     fe.add_argument("--coordinates", metavar="TABLE.csv", help="node and direction (x, y, rx, ry, other) of every row")
-    fe.add_argument("--units", choices=("m", "mm"), help="mm: mm, N, t, s (default: SI, refused where it looks like the latter)")
-    fe.add_argument("--axis", choices=("x", "y", "z"), default="z", help="axis of the rotor in files that carry directions")
+    fe.add_argument("--units", choices=("m", "mm"), help="units of the matrices: m (SI, default) or mm (mm, N, t, s)")
+    fe.add_argument("--axis", choices=("x", "y", "z"), default="z", help="rotor axis in files with directions (default: z)")
     fe.add_argument("--stator", action="store_true", help="the body is a stator; the output is an .npz")
-    text = "Nastran deck with NLRGAP, each a contact; with --contact the one there is, and the others are watched"
+    text = "Nastran deck with NLRGAP: each is a contact, or with --contact one, and the others are monitored clearances"
     fe.add_argument("--gap", metavar="DECK", help=text)
     fe.add_argument("--speed", metavar="HZ", type=in_hertz, help=at)
-    over = "table of bearings whose coefficients follow the speed: node, hz or rpm, k_xx, k_xy, k_yx, k_yy, c_xx, ..."
+    over = "table of speed-dependent bearing coefficients: node, hz or rpm, k_xx, k_xy, k_yx, k_yy, c_xx, ..."
     fe.add_argument("--supports", metavar="TABLE.csv", help=over)
     for sub in (ross, fe):
         sub.set_defaults(parser=sub)
-        sub.add_argument("-o", "--output", metavar="FILE", required=True, help="scene to begin with (.toml), or the model (.npz)")
-        between = "node at the contact, or NODE,NODE,SHARE between two"
+        sub.add_argument("-o", "--output", metavar="FILE", required=True, help="scene to write (.toml), or the model (.npz)")
+        between = "node at the contact, or NODE,NODE,FRACTION between two"
         sub.add_argument("--contact", metavar="NODE", type=_place, required=sub is ross, help=between)
         sub.add_argument("--unbalance", metavar="NODE", help="node of the unbalance (default: that of the contact)")
-        bearings = "nodes of bearings that the scene adds, for a rotor that moves freely without"
+        bearings = "nodes at which the scene adds bearings to a free rotor"
         sub.add_argument("--force", action="store_true", help=FORCE)
         sub.add_argument("--bearings", metavar="NODE", nargs="+", default=(), help=bearings)
 
@@ -74,7 +74,7 @@ def import_command(options: argparse.Namespace) -> int:
 
 
 def _stations(options: argparse.Namespace) -> int:
-    """ROSS's own model file into a shaft by its stations."""
+    """Import a ROSS model file as a shaft model."""
     from rsc.study.import_shaft import import_shaft
 
     for name in ("speed", "unbalance", "bearings"):
@@ -87,14 +87,14 @@ def _stations(options: argparse.Namespace) -> int:
 
 
 def _place(text: str) -> str | tuple[str, str, float]:
-    """A node, or NODE,NODE,SHARE."""
+    """A node, or NODE,NODE,FRACTION."""
     parts = text.split(",")
     if len(parts) != 3:
         return text
     try:
         return parts[0], parts[1], float(parts[2])
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{shown(text)}: the share of the way must be a number from 0 to 1") from None
+        raise argparse.ArgumentTypeError(f"{shown(text)}: the fraction of the distance must be a number from 0 to 1") from None
 
 
 def _matrix(text: str | None) -> str | tuple[str, str] | None:

@@ -1,4 +1,4 @@
-"""`rsc limits`: the unbalance response beside operating speeds and clearances."""
+"""`rsc limits`: separation margins, vibration and clearances of the unbalance response."""
 
 import argparse
 import json
@@ -7,7 +7,7 @@ from rsc.cli.common import JSON, OK, Commands, add_units, load
 
 
 def add(commands: Commands) -> None:
-    parser = commands("limits", limits_command, "amplification, separation margins and clearances beside the scene's [limits]")
+    parser = commands("limits", limits_command, "check separation margins, vibration and clearances against [limits]")
     parser.add_argument("scene", metavar="SCENE")
     parser.add_argument("--json", action="store_true", help=JSON)
     add_units(parser)

@@ -1,4 +1,4 @@
-"""`rsc modes`: damped natural frequencies, decrements and senses of the machine."""
+"""`rsc modes`: natural frequencies, decrements, critical speeds and mode shapes."""
 
 import argparse
 import json
@@ -16,10 +16,10 @@ MOST = 10_000  # speeds
 
 def add(commands: Commands) -> None:
     parser = commands("modes", modes_command, "damped natural frequencies, logarithmic decrements and critical speeds")
-    parser.add_argument("scene", metavar="SCENE", help="a scene, or the .npz of `rsc import`: the machine before any reduction")
-    parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed; by default the scene's first")
-    parser.add_argument("--speeds", metavar="FROM:TO:NUMBER", help="a Campbell table over rotor speeds, with the critical speeds")
-    text = "with --speeds: Campbell diagram, or its table as .csv; without: drawing and mode shapes of a shaft by its stations"
+    parser.add_argument("scene", metavar="SCENE", help="a scene, or the .npz of `rsc import` (the full model without reduction)")
+    parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed (default: the first of the scene)")
+    parser.add_argument("--speeds", metavar="FROM:TO:NUMBER", help="table over rotor speeds (Campbell) with critical speeds")
+    text = "with --speeds: Campbell diagram, or its table as .csv; without: drawing and mode shapes of a shaft model"
     parser.add_argument("-o", "--output", metavar="FILE", help=text)
     parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--json", action="store_true", help=JSON)
@@ -38,7 +38,7 @@ def modes_command(options: argparse.Namespace) -> int:
         return _of_model(options)
     scene = load(options.scene)
     if options.speed is not None and options.speeds is not None:
-        raise SolverError("--speeds: must come without --speed")
+        raise SolverError("--speeds: cannot be combined with --speed")
     if options.speeds is None:
         _refuse_output(options)
         _refuse_shapeless(scene, options)
@@ -63,14 +63,14 @@ def modes_command(options: argparse.Namespace) -> int:
 
 
 def _of_model(options: argparse.Namespace) -> int:
-    """The modes of a machine as `rsc import` read it, before any reduction."""
+    """The modes of an imported model without reduction."""
     from rsc.machine.imports.store import load_model
     from rsc.machine.model.modes import slowest_modes
     from rsc.show.pictures.modes import SHOWN, model_text
     from rsc.show.words.text import plain
 
     if options.speeds is not None or options.output is not None:
-        raise SolverError(f"{options.scene}: a machine has modes at one --speed; give a scene for --speeds")
+        raise SolverError(f"{options.scene}: an imported model needs a single --speed; give a scene for --speeds")
     model, _ = load_model(options.scene)
     speed = model.slowest_speed if options.speed is None else options.speed
     slowest = slowest_modes(model, speed, 2 * SHOWN)
@@ -79,15 +79,15 @@ def _of_model(options: argparse.Namespace) -> int:
 
 
 def _refuse_shapeless(scene: Any, options: argparse.Namespace) -> None:
-    """Without --speeds only a shaft by its stations has a picture."""
+    """SolverError for an output without --speeds, unless it is the drawing of a shaft model."""
     from rsc.show.pictures.drawing import shaft_of
 
     if options.output is not None and (_is_table(options.output) or shaft_of(scene) is None):
-        raise SolverError("--output: must come with --speeds, over which it is drawn, or be a picture of a shaft by its stations")
+        raise SolverError("--output: requires --speeds, or a scene with a shaft model for a drawing")
 
 
 def _draw(scene: Any, speed: float, options: argparse.Namespace) -> None:
-    """The drawing of a shaft with the shapes of its slowest modes."""
+    """Draw a shaft with its lowest mode shapes."""
     from rsc.machine.model.modes import slowest_shapes
     from rsc.show.pictures.drawing import SHAPES, drawing, shapes
     from rsc.show.pictures.plots import save, stacked
@@ -128,7 +128,7 @@ def _write(over, options, title):  # type: ignore[no-untyped-def]
 
 
 def _speeds(text: str) -> list[float]:
-    """So many speeds in Hz of "FROM:TO:NUMBER", evenly spaced; a unit that stands once holds for both ends."""
+    """Evenly spaced speeds in Hz of "FROM:TO:NUMBER"; a single unit applies to both ends."""
     from rsc.units.together import spread
 
     parts = text.split(":")

@@ -9,15 +9,15 @@ from rsc.cli.progress import shown_runs
 
 
 def add(commands: Commands) -> None:
-    parser = commands("motions", motions_command, "what can the machine do at a speed: every motion that lasts, simulated")
+    parser = commands("motions", motions_command, "find all motions that last at a speed: whirl, rub, no contact")
     parser.add_argument("scene", metavar="SCENE")
-    parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed; by default the scene's first")
-    parser.add_argument("--starts", metavar="N", type=int, default=64, help="random impacts (default: 64)")
-    parser.add_argument("--seed", metavar="N", type=int, default=0, help="of the random impacts (default: 0)")
-    text = "largest impulse of a random impact, such as \"2 N s\""
+    parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed (default: the first of the scene)")
+    parser.add_argument("--starts", metavar="N", type=int, default=64, help="number of random impacts (default: 64)")
+    parser.add_argument("--seed", metavar="N", type=int, default=0, help="seed of the random impacts (default: 0)")
+    text = "largest impulse of a random impact, e.g. \"5 N s\""
     parser.add_argument("--largest", metavar="NS", type=in_si("impulse"), help=text)
-    parser.add_argument("--smallest", action="store_true", help="look for the smallest impulse that starts each motion as well")
-    parser.add_argument("-o", "--output", metavar="PNG", help="picture of the random impacts, coloured by where they end")
+    parser.add_argument("--smallest", action="store_true", help="also find the smallest impulse that starts each motion")
+    parser.add_argument("-o", "--output", metavar="PNG", help="plot of the random impacts, coloured by the motion they end in")
     parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--json", action="store_true", help=JSON)
     add_units(parser)

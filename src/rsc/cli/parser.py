@@ -1,4 +1,4 @@
-"""Parsers that suggest: what was mistyped is refused with the usage of its command and the nearest word that exists."""
+"""Parsers with suggestions: a mistyped word is refused with the usage of its command and the most similar existing word."""
 
 import argparse
 import difflib
@@ -7,17 +7,17 @@ from typing import Any, NoReturn
 
 # the list of `rsc --help`; a command stands in one group (tested)
 GROUPS = {
-    "main job": ("new", "check", "run", "report", "plot"),
-    "questions to a machine": ("predict", "modes", "limits", "motions", "impact", "remedy", "explore"),
-    "many runs": ("sweep",),
-    "measured runs": ("compare", "fit"),
+    "run and report": ("new", "check", "run", "report", "plot"),
+    "analysis of a machine": ("predict", "modes", "limits", "motions", "impact", "remedy", "explore"),
+    "parameter sweeps": ("sweep",),
+    "measured data": ("compare", "fit"),
     "files": ("import", "info", "verify", "completion"),
 }
 RENAMED = {"knock": ", since version 0.2.0 it is called impact"}
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser of a command: every error names the usage of that command and what may have been meant."""
+    """The parser of a command; errors show its usage and a suggestion."""
 
     def __init__(self, *args: Any, **keywords: Any) -> None:
         super().__init__(*args, **keywords)
@@ -25,7 +25,7 @@ class Parser(argparse.ArgumentParser):
         self._given: list[str] = []
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """As argparse's; remembers what was given, for `error`."""
+        """As in argparse; keeps the arguments for `error`."""
         self._given = [] if args is None else list(args)
         return super().parse_known_args(args, namespace)
 
@@ -53,7 +53,7 @@ class MainParser(Parser):
     commands: "argparse._SubParsersAction[Parser]"
 
     def parse_args(self, args: Sequence[str] | None = None, namespace: Any = None) -> Any:  # type: ignore[override]
-        """The options of a command, which itself refuses what it does not know."""
+        """The options of a command; unknown arguments are refused by the parser of that command."""
         import sys
 
         options, unknown = self.parse_known_args(sys.argv[1:] if args is None else args, namespace)
@@ -82,11 +82,11 @@ class MainParser(Parser):
         formatter.start_section("options")
         formatter.add_arguments([action for action in self._actions if action.option_strings])
         formatter.end_section()
-        formatter.add_text("`rsc COMMAND --help` tells the options of a command.")
+        formatter.add_text("`rsc COMMAND --help` lists the options of a command.")
         return formatter.format_help()
 
 
 def _meant(word: object, known: Iterable[str]) -> str:
-    """The nearest of the known words, as the end of a message; "" where none is near."""
+    """The most similar known word, as the end of a message; "" if none is similar."""
     near = difflib.get_close_matches(str(word), list(known), 1, 0.6)
     return f", did you mean {near[0]}?" if near else ""

@@ -1,4 +1,4 @@
-"""`rsc plot`: pictures of results and sweeps."""
+"""`rsc plot`: plots of results and sweeps."""
 
 import argparse
 from pathlib import Path
@@ -10,12 +10,12 @@ from rsc.files.output import folder, put_all, target
 
 
 def add(commands: Commands) -> None:
-    text = "pictures of results; runs of one scene share the amplitude picture; maps of sweeps"
+    text = "draw plots of results (several runs share the amplitude plot) and maps of sweeps"
     parser = commands("plot", plot_command, text)
-    text = "a result of `rsc check` or `rsc run`, or the sweep.nc of a sweep"
+    text = "result of `rsc check` or `rsc run`, or sweep.nc of a sweep"
     parser.add_argument("results", metavar="RESULT", nargs="+", help=text)
-    parser.add_argument("-o", "--output", metavar="DIR", default=".", help="folder for the pictures")
-    parser.add_argument("--animate", action="store_true", help="write the orbit along the run as well (GIF)")
+    parser.add_argument("-o", "--output", metavar="DIR", default=".", help="folder of the plots")
+    parser.add_argument("--animate", action="store_true", help="also write the orbit along the run as an animation (GIF)")
     add_units(parser)
     parser.add_argument("--force", action="store_true", help=FORCE)
 

@@ -1,4 +1,4 @@
-"""`rsc predict`: the analysis alone."""
+"""`rsc predict`: analytic prediction without simulation."""
 
 import argparse
 import json
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
 
 def add(commands: Commands) -> None:
-    parser = commands("predict", predict_command, "analytic only: branches over the run's speeds, or the whirls at given speeds")
+    parser = commands("predict", predict_command, "predict whirls over the speeds of the run or at given speeds")
     parser.add_argument("scene", metavar="SCENE")
-    parser.add_argument("--speed", metavar="HZ", action=RotorSpeeds, nargs="+", help="a table of the whirls at these speeds")
-    parser.add_argument("--sensitivity", action="store_true", help="also by how much every value of the scene changes the whirls")
-    parser.add_argument("-o", "--output", metavar="FILE", help="draw the map of the branches into this picture")
+    parser.add_argument("--speed", metavar="HZ", action=RotorSpeeds, nargs="+", help="rotor speeds for a table of whirls")
+    parser.add_argument("--sensitivity", action="store_true", help="also print the sensitivity of the whirls to every value")
+    parser.add_argument("-o", "--output", metavar="FILE", help="file for the map of the branches")
     parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--json", action="store_true", help=JSON)
     add_units(parser)
@@ -27,14 +27,14 @@ def add(commands: Commands) -> None:
 def predict_command(options: argparse.Namespace) -> int:
     scene = load(options.scene)
     if options.sensitivity and not options.speed:
-        raise SolverError("--sensitivity: must come with the rotor speeds of interest (--speed HZ ...)")
+        raise SolverError("--sensitivity: requires rotor speeds (--speed HZ ...)")
     if options.speed and options.output is not None:
-        problem = "draws the map over the speeds of the run, and of a table at --speed there is no picture: leave one of both out"
+        problem = "draws the map over the speeds of the run and cannot be combined with --speed"
         raise SolverError(f"--output: {problem}")
     if options.speed or len(scene.contacts) == 1:
         return _at_speeds(scene, options, options.speed) if options.speed else _over_the_run(scene, options)
     if options.output is not None:
-        raise SolverError("--output: there is no map of whirls at several contacts yet, they are not followed over the speed")
+        raise SolverError("--output: the map over the speed is available for one contact only")
     return _at_speeds(scene, options, list(dict.fromkeys(scene.drive.speed)))
 
 

@@ -1,7 +1,7 @@
-"""What a command tells on the way, on standard error.
+"""Notes and progress of a command on standard error.
 
-Notes last: a line each, which a log keeps as well. Progress does not: one line with stage, share and time left, written over
-again and again and gone in the end, and nothing where nobody looks at a terminal. `--quiet` leaves out both.
+A note is a line that stays. Progress is a single line with stage, share and time left, which is rewritten on a terminal and
+removed at the end; into a pipe or a file it is not written. `--quiet` suppresses both.
 """
 
 import contextlib
@@ -19,7 +19,7 @@ _QUIET: ContextVar[bool] = ContextVar("quiet", default=False)
 
 @contextlib.contextmanager
 def told(quiet: bool) -> Iterator[None]:
-    """Leave out notes and progress inside."""
+    """Suppress notes and progress within the block if quiet."""
     before = _QUIET.set(quiet)
     try:
         yield
@@ -28,12 +28,12 @@ def told(quiet: bool) -> Iterator[None]:
 
 
 def wants_progress() -> bool:
-    """Whether somebody looks at a terminal and wants to know."""
+    """Whether standard error is a terminal and progress is not suppressed."""
     return sys.stderr.isatty() and not _QUIET.get()
 
 
 def note(text: str) -> None:
-    """A line that stays."""
+    """Print a note: a line that stays."""
     if not _QUIET.get():
         if wants_progress():
             _clear()
@@ -43,24 +43,24 @@ def note(text: str) -> None:
 class ProgressLine:
     """The line of one stage.
 
-    stage : what is done
+    stage : name of the stage
     """
 
     def __init__(self, stage: str) -> None:
         self._stage, self._began, self._text, self._share = stage, time.monotonic(), "", 0.0
 
     def say(self, text: str) -> None:
-        """Where the stage is, in words."""
+        """Show the current step of the stage."""
         self._text = text
         self.show()
 
     def count(self, ended: int, of: int, unit: str) -> None:
-        """How much of it is done."""
+        """Show how many of a number of items are done."""
         self._share = ended / of if of else 0.0
         self.say(f"{ended} of {of} {unit}")
 
     def show(self) -> None:
-        """Write it over what stands there."""
+        """Rewrite the line."""
         took = time.monotonic() - self._began
         left = f", {_span(took * (1.0 - self._share) / self._share)} left" if self._share > 0.0 else ""
         share = f" {100.0 * self._share:.0f} %" if self._share > 0.0 else ""
@@ -71,7 +71,7 @@ class ProgressLine:
 
 @contextlib.contextmanager
 def line(stage: str) -> Iterator[ProgressLine | None]:
-    """Yield the line of a stage, which shows every half second that time passes; None where nobody looks."""
+    """Yield the line of a stage, rewritten every half second; None without a terminal."""
     if not wants_progress():
         yield None
         return
@@ -93,14 +93,14 @@ def line(stage: str) -> Iterator[ProgressLine | None]:
 
 @contextlib.contextmanager
 def signs_of_life(stage: str = "analysis") -> Iterator[Callable[[str], None]]:
-    """Yield a function that is told in words where a stage is."""
+    """Yield a function that shows the current step of a stage."""
     with line(stage) as shown:
         yield (lambda text: None) if shown is None else shown.say
 
 
 @contextlib.contextmanager
 def shown_runs(unit: str = "runs") -> Iterator[Callable[[int, int], object]]:
-    """Yield a function that is told how many of so many short runs, or other things, have ended."""
+    """Yield a function of (done, total) that shows the progress of short runs or other units."""
     with line("simulation") as shown:
         yield lambda ended, of: None if shown is None else shown.count(ended, of, unit)
 

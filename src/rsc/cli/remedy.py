@@ -1,4 +1,4 @@
-"""`rsc remedy`: changes of single values that take the lasting backward motion away."""
+"""`rsc remedy`: changes of single values that remove the backward whirl."""
 
 import argparse
 import json
@@ -8,12 +8,12 @@ from rsc.cli.progress import shown_runs
 
 
 def add(commands: Commands) -> None:
-    text = "which change of a single value leaves no backward motion that lasts: predicted, then confirmed by simulated lists"
+    text = "find changes of single values that remove the backward whirl, predicted and confirmed by simulation"
     parser = commands("remedy", remedy_command, text)
     parser.add_argument("scene", metavar="SCENE")
-    parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed; by default the scene's first")
-    parser.add_argument("--starts", metavar="N", type=int, default=64, help="random impacts of each list (default: 64)")
-    parser.add_argument("--seed", metavar="N", type=int, default=0, help="of the random impacts (default: 0)")
+    parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed (default: the first of the scene)")
+    parser.add_argument("--starts", metavar="N", type=int, default=64, help="random impacts per search (default: 64)")
+    parser.add_argument("--seed", metavar="N", type=int, default=0, help="seed of the random impacts (default: 0)")
     parser.add_argument("--json", action="store_true", help=JSON)
 
 

@@ -9,10 +9,10 @@ from rsc.files.output import folder, put_all, target
 
 
 def add(commands: Commands) -> None:
-    text = "a page for each result: answer, pictures, tables, scene; each shows the amplitudes of the others"
+    text = "write a page for each result, which also shows the amplitudes of the others"
     parser = commands("report", report_command, text)
     parser.add_argument("results", metavar="RESULT", nargs="+")
-    parser.add_argument("-o", "--output", metavar="DIR", help="folder for the pages (default: beside each result)")
+    parser.add_argument("-o", "--output", metavar="DIR", help="folder of the pages (default: that of each result)")
     add_units(parser)
     parser.add_argument("--force", action="store_true", help=FORCE)
 

@@ -10,26 +10,26 @@ from rsc.errors import DataError, SceneError, one_line
 
 
 def add(commands: Commands) -> None:
-    run = commands("run", run_command, "simulate only")
+    run = commands("run", run_command, "simulate without prediction")
     run.add_argument("scene", metavar="SCENE")
-    run.add_argument("-o", "--output", metavar="FILE", help="result file (default SCENE.h5)")
+    run.add_argument("-o", "--output", metavar="FILE", help="result file (default: SCENE.h5)")
     run.add_argument("--resume", action="store_true", help="continue an interrupted or killed run bit for bit")
-    text = "resume also with other versions or on another processor: other bits from there on, and the result says so"
+    text = "allow resuming with other versions or on another processor: not bit-identical, and marked in the result"
     run.add_argument("--not-bitwise", action="store_true", help=text)
-    text = "write the run also as two probes and a Keyphasor would have seen it, for `rsc.read_measured`: FILE.toml and FILE.csv"
+    text = "also write the run as measured by two probes and a Keyphasor, for `rsc.read_measured`: FILE.toml and FILE.csv"
     run.add_argument("--as-measured", metavar="FILE.toml", help=text)
-    run.add_argument("--noise", metavar="LENGTH", default="0 um", help="with --as-measured: noise of each probe, as \"2 um\"")
-    run.add_argument("--runout", metavar="LENGTH", default="0 um", help="with --as-measured: runout of the shaft, as \"10 um\"")
+    run.add_argument("--noise", metavar="LENGTH", default="0 um", help="with --as-measured: noise of each probe, e.g. \"2 um\"")
+    run.add_argument("--runout", metavar="LENGTH", default="0 um", help="with --as-measured: runout of the shaft, e.g. \"10 um\"")
     run.add_argument("--force", action="store_true", help=FORCE)
     add_units(run)
     run.add_argument("--json", action="store_true", help=JSON)
-    info = commands("info", info_command, "what a result holds and how its run ended")
+    info = commands("info", info_command, "print status, counters and energy balance of a result")
     info.add_argument("result", metavar="RESULT")
     add_units(info)
     info.add_argument("--json", action="store_true", help=JSON)
-    verify = commands("verify", verify_command, "make the run of a result again and compare the bits")
+    verify = commands("verify", verify_command, "repeat the run of a result and compare the bits")
     verify.add_argument("result", metavar="RESULT")
-    text = "only this block of samples, from its checkpoint, counted from 0, or from the end when negative (default: everything)"
+    text = "only this block of samples, starting from its checkpoint; 0 is the first, -1 the last (default: everything)"
     verify.add_argument("--block", type=int, metavar="N", help=text)
 
 
@@ -55,7 +55,7 @@ def run_command(options: argparse.Namespace) -> int:
 
 
 def _probes(options: argparse.Namespace) -> dict[str, float]:
-    """Noise and runout in m, read before anything is computed."""
+    """Noise and runout in m, checked before anything is computed."""
     from rsc.measured.virtual import targets
     from rsc.units import QuantityError, quantity
 
@@ -104,7 +104,7 @@ def verify_command(options: argparse.Namespace) -> int:
     rows = f"rows {verification.first} to {verification.last - 1}" if verification.last > verification.first else "no row"
     elsewhere = f"; this is {versions()}" if verification.versions != versions() else ""
     if not verification.same:
-        raise DataError(options.result, f"{rows} run again: other bits in {', '.join(verification.differing)}{elsewhere}")
-    scope = "checkpoints, counters and energies as well" if verification.whole else "the rest of the result was not looked at"
-    print(f"{rows} run again: the same bits; {scope}{elsewhere}")
+        raise DataError(options.result, f"{rows} repeated: different bits in {', '.join(verification.differing)}{elsewhere}")
+    scope = "checkpoints, counters and energies as well" if verification.whole else "the rest of the result was not checked"
+    print(f"{rows} repeated: identical bits; {scope}{elsewhere}")
     return OK

@@ -1,4 +1,4 @@
-"""Standard output and error of a command: text from outside cannot steer a terminal, and what cannot be printed ends no run."""
+"""Standard output and error of a command: control characters are escaped, and a failing stream does not end a run."""
 
 import contextlib
 import errno
@@ -13,11 +13,11 @@ _STEERING = {"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"}  # Unicode categories: co
 
 
 class Plain(io.TextIOBase):
-    """A stream that writes escapes for what steers a terminal or cannot be encoded, and falls silent when it cannot be written.
+    """A stream that escapes control characters and what cannot be encoded, and goes silent if writing fails.
 
     stream : TextIO or None (closed when the program began)
-    steering : str, control characters that may pass
-    failure : OSError or None, why it fell silent; a reader that went away is no failure
+    steering : str, allowed control characters
+    failure : OSError or None, why it went silent; a broken pipe does not count
     """
 
     def __init__(self, stream: TextIO | None, steering: str) -> None:
@@ -30,7 +30,7 @@ class Plain(io.TextIOBase):
         return getattr(self._stream, "encoding", None) or "utf-8"
 
     def isatty(self) -> bool:
-        """Whether somebody looks at it."""
+        """Whether it is a terminal."""
         return self._stream is not None and self._stream.isatty()
 
     def fileno(self) -> int:
@@ -48,7 +48,7 @@ class Plain(io.TextIOBase):
         return len(text)
 
     def flush(self) -> None:
-        """Hand everything over."""
+        """Flush the stream."""
         self._try(lambda stream: stream.flush())
 
     def _may_pass(self, c: str) -> bool:
@@ -84,7 +84,7 @@ def plain_streams() -> Iterator[Plain]:
 
 
 def open_standard_files() -> None:
-    """Give descriptors 0 to 2 that are closed to the null device: else the next file would get one, and messages with it."""
+    """Open closed descriptors 0 to 2 on the null device: otherwise the next opened file would receive the messages."""
     for number in range(3):
         try:
             os.fstat(number)

@@ -1,4 +1,4 @@
-"""`rsc sweep`: many runs or predictions at once; its plan, parts, state and collection for batch systems."""
+"""`rsc sweep`: parameter sweeps; plan, parts, status and collection for batch systems."""
 
 import argparse
 import contextlib
@@ -23,7 +23,7 @@ DATASET = "sweep.nc"
 
 
 def add(commands: Commands) -> None:
-    parser = commands("sweep", sweep_command, "many runs or predictions with some values varied; nothing is lost, resumable")
+    parser = commands("sweep", sweep_command, "run or predict many cases with varied parameters; can be interrupted and resumed")
     parser.add_argument(
         "words", metavar="SCENE", nargs="+",
         help="a scene; or `plan SCENE`, then `run STORE --part N` on any machine, `status STORE`, `collect STORE`; "
@@ -31,18 +31,18 @@ def add(commands: Commands) -> None:
     )  # fmt: skip
     text = "values of a key: FROM:TO:NUMBER, log:FROM:TO:NUMBER, A,B,C, normal:MEAN:DEVIATION, uniform:FROM:TO; with units"
     parser.add_argument("--vary", metavar="KEY=VALUES", action="append", default=[], help=text)
-    parser.add_argument("--zip", action="store_true", help="lists and ranges go side by side instead of spanning a grid")
-    parser.add_argument("--random", metavar="N", type=int, default=0, help="so many random samples of scattered values")
-    parser.add_argument("--sobol", metavar="N", type=int, default=0, help="so many samples of a Sobol sequence")
-    parser.add_argument("--seed", metavar="S", type=int, default=0, help="of the samples (default 0)")
-    parser.add_argument("--table", metavar="FILE", help="cases from a CSV file whose head names keys")
-    text = "predict (default), mu_min, jump, run, motions, check, or several of them, separated by commas"
+    parser.add_argument("--zip", action="store_true", help="combine lists and ranges one by one instead of as a grid")
+    parser.add_argument("--random", metavar="N", type=int, default=0, help="number of random samples (normal, uniform)")
+    parser.add_argument("--sobol", metavar="N", type=int, default=0, help="number of samples of a Sobol sequence")
+    parser.add_argument("--seed", metavar="S", type=int, default=0, help="seed of the samples (default: 0)")
+    parser.add_argument("--table", metavar="FILE", help="read cases from a CSV file whose header names the keys")
+    text = "one or several of predict (default), mu_min, jump, run, motions, check, separated by commas"
     parser.add_argument("--compute", metavar="WHAT", default="predict", help=text)
-    parser.add_argument("-o", "--output", metavar="STORE", help="folder of the store (default out/SCENE-sweep)")
-    parser.add_argument("--resume", action="store_true", help="compute only what the store does not hold")
-    parser.add_argument("--threads", metavar="N", type=int, help="threads of this process (default: all processors)")
-    parser.add_argument("--scheduler", metavar="ADDRESS", help="compute on the workers of this dask scheduler, or scheduler file")
-    parser.add_argument("--part", metavar="N", help="with `run`: the part, or parts A-B, to compute")
+    parser.add_argument("-o", "--output", metavar="STORE", help="folder of the store (default: out/SCENE-sweep)")
+    parser.add_argument("--resume", action="store_true", help="compute only the parts missing in the store")
+    parser.add_argument("--threads", metavar="N", type=int, help="number of threads (default: all processors)")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="address or file of a dask scheduler whose workers compute")
+    parser.add_argument("--part", metavar="N", help="with `run`: part N or parts A-B to compute")
     parser.add_argument("--force", action="store_true", help=FORCE)
     parser.add_argument("--json", action="store_true", help=JSON)
     parser.add_argument("--yes", action="store_true", help="allow more than 10 million cases")

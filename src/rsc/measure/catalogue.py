@@ -1,4 +1,4 @@
-"""The list of the motions that last at a rotor speed: what a simulation showed, and beside it what was only predicted."""
+"""The list of motions that last at a rotor speed: simulated ones, and predicted ones not reached."""
 
 import math
 from collections.abc import Callable, Iterator

@@ -192,7 +192,7 @@ class _Whole:
         self._last: Any = None
 
     def add(self, part: Any) -> None:
-        """Take what follows; arrays that are `shared` by all windows are those of the last part."""
+        """Append the next part; arrays `shared` by all windows are those of the last part."""
         named = {field.name: getattr(part, field.name) for field in fields(part) if field.name not in self._shared}
         for name, values in named.items():
             if isinstance(values, np.ndarray):
@@ -216,7 +216,7 @@ def _fall(windows: Windows, signal: NDArray[np.complex128]) -> spectra.Waterfall
 
 
 def _thinned(fall: spectra.Waterfall, n_columns: int) -> spectra.Waterfall:
-    """A waterfall of at most so many columns, each the largest of several bins, in single precision; or as it is."""
+    """A waterfall with a limited number of columns (maximum of several bins, single precision), or unchanged."""
     if fall.frequency.size <= n_columns:
         return fall
     edges = np.arange(n_columns + 1) * fall.frequency.size // n_columns
@@ -282,7 +282,7 @@ def motions_in(windows: Windows, run: Any, last: int, driven: bool) -> list[Moti
 
 
 def _kinds(motions: list[Motion]) -> dict[str, Any]:
-    """What the steps of a run tell of its windows, the fields of Features of that name."""
+    """Fields of Features from the integration steps of a run."""
     facts = [motion.facts for motion in motions]
     values = {
         "share": "share", "turning": "turning", "rolling": "rolling_share", "largest": "rotor_max",
@@ -294,7 +294,7 @@ def _kinds(motions: list[Motion]) -> dict[str, Any]:
 
 
 def _seen(windows: Windows, part: RunLike, lines: Features) -> dict[str, Any]:
-    """What two probes tell of the windows of a part of a run, the fields of Features of that name."""
+    """Fields of Features from two probes, for a part of a run."""
     shaft, gap, n_windows = turned(part, part.time), part.scene.contact.gap, len(windows.starts)
     unknown = np.full(n_windows, np.nan)
     names = ("share", "turning", "largest", "peak_to_peak", "stator_largest", "force", "force_max")

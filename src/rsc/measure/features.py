@@ -73,7 +73,7 @@ def envelope(result: RunLike, window: float | None = None) -> envelopes.Envelope
 
 
 def default_window(result: RunLike) -> float:
-    """Window length in s that a run's spectra use unless told otherwise."""
+    """Default window length in s of the spectra of a run."""
     drive = getattr(result, "scheduled", result).scene.drive
     steepest = np.abs(np.diff(drive.speed) / np.diff(drive.time)).max()
     time = result.time
@@ -134,7 +134,7 @@ def window_means(time: NDArray[np.float64], values: ArrayLike, fall: spectra.Wat
 
 
 def _edges(time: NDArray[np.float64], fall: spectra.Waterfall) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """(n_w,) numbers of the first sample of each window of a waterfall, and of that behind its last."""
+    """(n_w,) numbers of the first sample of each window of a waterfall, and of the sample after its last."""
     first = np.searchsorted(time, fall.time - 0.5 * fall.window - 0.5 * (time[1] - time[0]))
     return first, np.minimum(first + fall.n_samples, len(time))
 

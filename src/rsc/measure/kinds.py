@@ -1,4 +1,4 @@
-"""The kind of a motion, out of a closed list: the one place that says what a motion is. Definitions: docs/users/motions.md.
+"""Classification of motions by a closed list of kinds. Definitions: docs/users/motions.md.
 
 It is decided by facts that the simulation counted in its own steps (`rsc.measure.stretches`), never by spectra of samples.
 Backward needs turns: a straight vibration has two halves and a bouncing orbit negative lines, but neither turns.
@@ -33,7 +33,7 @@ class Kind(StrEnum):
 
 
 class ProbeKind(StrEnum):
-    """What a motion is as far as two probes tell: they see neither contact nor slip."""
+    """The kind of a motion as seen by two probes, which measure neither contact nor slip."""
 
     WHIRL = "backward whirl"
     WITH_SHAFT = "turns with the shaft"

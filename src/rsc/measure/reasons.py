@@ -5,7 +5,7 @@ from enum import StrEnum
 
 
 class Code(StrEnum):
-    """What a reason says; behind it what its names and numbers are."""
+    """The reason of a verdict; the comments list its names and numbers."""
 
     # of a row
     FEW_PERIODS = "few periods"  # periods in a window
@@ -36,7 +36,7 @@ class Code(StrEnum):
 
 @dataclass(frozen=True)
 class Reason:
-    """A code, and what it needs to be told: names (of effects, kinds, units) and numbers."""
+    """A code with its names (of effects, kinds, units) and numbers."""
 
     code: Code
     names: tuple[str, ...] = ()

@@ -1,4 +1,4 @@
-"""The windows of a run with several contacts: what each is at every contact, and what the whole motion is."""
+"""Windows of a run with several contacts: the type of motion at every contact and of the whole."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

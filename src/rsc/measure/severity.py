@@ -145,7 +145,7 @@ def coverage_of(listed: Motions) -> Coverage:
 
 
 def impact_facts(listed: Motions, features: Features | None = None, speeds: Sequence[float] = ()) -> ImpactFacts | None:
-    """The worst motion of a list that is not the run's own; None where there is none in contact."""
+    """The worst motion of a list other than that of the run; None if none is in contact."""
     others = [motion for motion in others_of(listed, features, speeds) if motion.motion != Kind.NO_CONTACT]
     if not others:
         return None

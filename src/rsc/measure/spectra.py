@@ -136,7 +136,7 @@ def window_duration(run_up_rate: float, duration: float, sample_rate: float) -> 
 
 
 def _largest_factor(number: int) -> int:
-    """Largest prime factor of a number up to `MOST_FACTOR`, or what is left of it without those."""
+    """Largest prime factor of a number up to `MOST_FACTOR`, or the remaining cofactor."""
     largest = 1
     for factor in (2, 3, 5, 7, MOST_FACTOR):
         while number % factor == 0:
@@ -225,7 +225,7 @@ def waterfall(
 
 
 def window_samples(window: float, sample_rate: float, n_time: int) -> int:
-    """Samples of a window of so many seconds; DataError for fewer than 8 or one that is longer than the run."""
+    """Samples of a window in s; DataError for fewer than 8 or a window longer than the run."""
     return samples_of_window(window, sample_rate, n_time, 8)
 
 

@@ -1,4 +1,4 @@
-"""Facts of the stretches of a run, as the simulation counted them in its own steps, whatever the rate of its samples is."""
+"""Statistics of the stretches of a run, accumulated in the integration steps, independent of the output rate."""
 
 import math
 from collections.abc import Sequence

@@ -115,12 +115,12 @@ def compare(
     best: Best | None = None,
     load: float = 0.0,
 ) -> list[Window]:
-    """Frequency and amplitude of the whirl and the synchronous line of every window, beside their predictions.
+    """Frequency and amplitude of the whirl and the synchronous line of every window, with their predictions.
 
     Parameters
     ----------
     features : Features
-    branches : list of rsc.analysis.lines.branches.Branch
+    branches : list of rsc.analysis.follow.branch.Branch
     steady : Steady
     rolls : Rolls, optional
     best : Best, optional
@@ -224,7 +224,7 @@ def _predicted(whirl: Any, best: Best | None, i: int, by_stator: bool) -> tuple[
 
 
 def _second_order(features: Features, i: int, pair: Followed, best: Best | None, load: float) -> Effects:
-    """Parts of the motion that a prediction takes as small or leaves out, and what their squares can make."""
+    """Parts of the motion that a prediction linearises or neglects, and the size of their squares."""
     line = max(float(features.size[i]), 1e-300)  # a whirl of which the samples show nothing
     steady = _predicted(pair.whirl, best, i, False)[2]
     parts = {
@@ -244,7 +244,7 @@ def _beside(features: Features, i: int) -> tuple[str, float]:
 
 
 def _moving(features: Features, i: int, pairs: Sequence[Followed | None], best: Best | None, quantity: str) -> tuple[str, float]:
-    """What a window makes of a range of speeds: the predicted change, and what a line that moves loses of its amplitude."""
+    """Effect of the speed range in a window: predicted change, and amplitude loss of a moving line."""
     places = [k for k in (i - 1, i, i + 1) if same_branch(pairs, i, k)]
     values = np.array([_predicted(pairs[k].whirl, best, k, False) for k in places])  # type: ignore[union-attr]
     seconds = float(np.ptp(features.time[places]))
@@ -412,7 +412,7 @@ def _not_yet_steady(features: Features, growth: np.ndarray, upset: np.ndarray, r
 
 
 def _leaving(windows: Sequence[Window]) -> list[Window]:
-    """Windows that tell of an unstable whirl that it is not yet left, where the run leaves it later."""
+    """Marks windows on an unstable whirl as not yet left if the run leaves it later."""
     judged, left = list(windows), False
     for i in reversed(range(len(windows))):
         window = windows[i]

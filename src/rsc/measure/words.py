@@ -1,4 +1,4 @@
-"""The words of a verdict: what is compared, how closely, and how the answer is called."""
+"""Quantities compared, tolerances, and names of the verdicts."""
 
 # the quantities of a window, and the relative difference within which simulation and prediction agree
 FREQUENCY, AMPLITUDE, SYNCHRONOUS = "whirl frequency", "whirl amplitude", "synchronous line"

@@ -1,1 +1,1 @@
-"""Measured runs: signals of two probes and of the shaft, as laboratories keep them, made into what spectra and orbits take."""
+"""Measured runs: reads signals of two probes and the shaft for spectra and orbits."""

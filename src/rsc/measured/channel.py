@@ -48,7 +48,7 @@ Reading: TypeAlias = Callable[[Sequence[int], Memory], list[NDArray[np.float64]]
 
 @dataclass(frozen=True)
 class Recording:
-    """A file that was looked at and of which no numbers were taken.
+    """A file that was inspected, before its numbers are read.
 
     Attributes
     ----------

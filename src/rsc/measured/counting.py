@@ -117,7 +117,7 @@ def displaced(times: NDArray[np.float64]) -> NDArray[np.intp]:
 
 
 def _second_of_two(steps: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Events behind short steps of a shaft whose every pulse is seen twice: short and long steps take turns."""
+    """Events after short steps of a shaft whose pulses are all seen twice (alternating short and long steps)."""
     if len(steps) < 6:
         return np.zeros(0, dtype=int)
     short = steps[:-1] < _SHORT * steps[1:]
@@ -130,7 +130,7 @@ def _second_of_two(steps: NDArray[np.float64]) -> NDArray[np.intp]:
 
 
 def _usual(steps: NDArray[np.float64], beside: int = 4) -> NDArray[np.float64]:
-    """Medians of each step and of so many on both sides, at the ends of as many as there are."""
+    """Running medians of steps; at the ends over fewer steps."""
     width = min(2 * beside + 1, len(steps))
     medians = np.median(np.lib.stride_tricks.sliding_window_view(steps, width), axis=1)
     return np.asarray(medians[np.clip(np.arange(len(steps)) - width // 2, 0, len(medians) - 1)])

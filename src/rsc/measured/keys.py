@@ -1,4 +1,4 @@
-"""The table that says what the columns of a measured file are: `[measured]`, in a small TOML file of its own."""
+"""The TOML table `[measured]`, which describes the columns of a measured file."""
 
 from dataclasses import dataclass
 from pathlib import Path

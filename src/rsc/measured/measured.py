@@ -142,7 +142,7 @@ def _measured(table: Channels, selection: Selection, source: str) -> Measured:
 
 
 def _numbers(selection: Selection, name: str, source: str) -> tuple[NDArray[np.float64], list[str]]:
-    """A column, NaN where it holds no number that can be one, and what to tell."""
+    """A column with NaN for invalid numbers, and remarks."""
     column = np.asarray(selection.channels[name].numbers)
     with np.errstate(invalid="ignore"):
         known = np.abs(column) < LARGEST
@@ -154,7 +154,7 @@ def _numbers(selection: Selection, name: str, source: str) -> tuple[NDArray[np.f
 def _lengths(
     table: Channels, selection: Selection, signals: list[NDArray[np.float64]], source: str
 ) -> tuple[list[NDArray[np.float64]], list[str]]:
-    """The signals of the probes in m, and what to tell."""
+    """The signals of the probes in m, and remarks."""
     lengths, told = [], []
     if not selection.full_scale and table.full_scale != 1.0:
         told.append("measured.full_scale is that of a WAV file: not used")
@@ -218,7 +218,7 @@ def _on_clock(shaft: MeasuredShaft, time: NDArray[np.float64], clock: CommonCloc
 
 
 def _without_runout(run: Measured, slow_roll: Any) -> Measured:
-    """The run without what its shaft shows at slow roll, harmonics of its angle; without slow roll, without its mean position."""
+    """The run minus its slow-roll harmonics or, without slow roll, minus its mean position."""
     known = np.isfinite(run.deflection)
     if not known.any():
         raise DataError(run.source, "its probes have no sample that is a number")

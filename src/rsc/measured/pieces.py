@@ -1,4 +1,4 @@
-"""The shaft between its pulses: pieces without a doubt, what lies between two of them, and the ends of a run."""
+"""Shaft angle between pulses: unambiguous pieces, the gaps between them, and the ends of a run."""
 
 from itertools import pairwise
 from typing import NamedTuple
@@ -94,7 +94,7 @@ def known_between(
 
 
 def _without(piece: _Piece, end: int) -> _Piece:
-    """A piece without its first or last event: beside a gap pulses may be seen in part."""
+    """A piece without its first or last event: pulses next to a gap may be truncated."""
     return _Piece(piece.events.part(slice(None, -1) if end else slice(1, None)))
 
 
@@ -206,7 +206,7 @@ def _through_rest(
 
 
 class _Margin(NamedTuple):
-    """A run before its first pulse, or behind its last.
+    """A run before its first pulse, or after its last.
 
     own : (n,) bool, its samples; turns, speed : of these; known : bool; span : s, from when to when; stands : the same of a
     standstill, or None
@@ -221,7 +221,7 @@ class _Margin(NamedTuple):
 
 
 def _end(time: NDArray[np.float64], piece: _Piece, sign: float, tooth: float) -> _Margin:
-    """The run behind the last pulse of a piece (sign 1), or before its first (-1).
+    """The run after the last pulse of a piece (sign 1), or before its first (-1).
 
     It goes on as evenly as beside it, to rest where that is near. Where no pulse comes though one was due, nothing is known.
     """

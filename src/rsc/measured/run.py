@@ -1,4 +1,4 @@
-"""A measured run in the place of a simulated one: what spectra, orbits and verdicts ask of a run, without forces and stator."""
+"""A measured run with the interface of a simulated one, without forces and stator."""
 
 import contextlib
 from collections.abc import Iterator
@@ -77,7 +77,7 @@ class MeasuredRun:
 
 
 def measured_run(measured: Measured, scene: Scene) -> MeasuredRun:
-    """A measured run beside a scene, whose rotor turns forward."""
+    """A measured run and a scene whose rotor turns forward."""
     rate = 1.0 / float(measured.time[1] - measured.time[0])
     drive, output = _drive_of(measured), replace(scene.output, rate=rate)
     own = replace(scene, drive=drive, output=output)
@@ -87,7 +87,7 @@ def measured_run(measured: Measured, scene: Scene) -> MeasuredRun:
 
 
 def _drive_of(measured: Measured) -> Drive:
-    """The measured speed as a schedule of straight pieces, two a window at most; a constant one as such."""
+    """The measured speed as a piecewise linear schedule with at most two pieces per window; a constant speed as such."""
     time, speed = measured.time, measured.speed
     count = int(np.clip(2.0 * time[-1] / measured.window, 1, MOST_CORNERS))
     corners = np.linspace(time[0], time[-1], count + 1)

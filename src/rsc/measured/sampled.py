@@ -1,4 +1,4 @@
-"""When the channels of a file were sampled: by a column of times, by what the format says, or by the rate of the table."""
+"""Sampling times of the channels of a file: from a time column, the format, or the rate in the table."""
 
 import numpy as np
 from numpy.typing import NDArray

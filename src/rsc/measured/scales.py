@@ -1,4 +1,4 @@
-"""What a one in a column means: what the table says, what the file says, and refusals where these contradict each other."""
+"""Scale of a column, from the table and the file; refusals if they contradict each other."""
 
 import math
 
@@ -46,13 +46,13 @@ def metres(probe: Probe, number: int, channel: Channel, full_scale: float, sourc
 
 
 def seconds(table: Channels, channel: Channel, source: str) -> tuple[float, list[str]]:
-    """s for a one in a column of times, and what to tell."""
+    """s per unit of a time column, and remarks."""
     size, told = _size(channel, "time", table.time_unit, "measured.time_unit", source)
     return 1.0 if size is None else size, told
 
 
 def turns_a_second(table: Channels, channel: Channel, source: str) -> tuple[float, list[str]]:
-    """Hz for a one in the column of the speed, and what to tell."""
+    """Hz per unit of the speed column, and remarks."""
     size, told = _size(channel, "frequency", table.speed_unit, "measured.speed_unit", source)
     return 1.0 if size is None else size, told
 
@@ -69,7 +69,7 @@ def rate_of(table: Channels, channel: Channel, source: str) -> float | None:
 
 
 def _size(channel: Channel, wanted: str, by_table: float | None, key: str, source: str) -> tuple[float | None, list[str]]:
-    """SI of a one, from the table or else from the file, and what to tell."""
+    """SI value of one unit, from the table or else from the file, and remarks."""
     known, name = meaning(channel.unit), one_line(channel.names[0] if channel.names else "the column")[:40]
     if known is None:
         return by_table, _unused(name, channel.unit, known)

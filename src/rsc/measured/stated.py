@@ -1,4 +1,4 @@
-"""Units as files state them: "(ms)", "um", "Time [s]"; what rsc knows of them, and what is left to tell."""
+"""Units as stated in files: "(ms)", "um", "Time [s]"."""
 
 import re
 from functools import lru_cache

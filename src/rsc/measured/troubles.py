@@ -1,4 +1,4 @@
-"""What is wrong with the signals of a measurement, told before anything is concluded from them."""
+"""Checks of measured signals, reported as warnings."""
 
 import numpy as np
 from numpy.typing import NDArray

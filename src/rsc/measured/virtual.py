@@ -1,4 +1,4 @@
-"""A simulated run as two probes and a Keyphasor would have seen it: files to try on what reads measured ones."""
+"""A simulated run as measured by two probes and a Keyphasor, written as measured files."""
 
 import io
 import os

@@ -39,7 +39,7 @@ def wheel_of(times: NDArray[np.float64], teeth: int) -> Wheel | None:
 
 
 def teeth_instead(times: NDArray[np.float64], pulses: int) -> int | None:
-    """How many teeth a wheel with so many pulses in a turn has with those that it lacks; None where it lacks none."""
+    """Number of tooth positions of a wheel including missing teeth; None if none is missing."""
     for lacking in range(1, MOST_MISSING + 1):
         if pulses >= 2 and _behind_gaps(times, pulses, lacking).size:
             return pulses + lacking
@@ -83,7 +83,7 @@ def _in_teeth(times: NDArray[np.float64], pulses: int, teeth: int) -> NDArray[np
 
 
 def _in_turn(flags: NDArray[np.bool_], pulses: int) -> NDArray[np.intp]:
-    """How many of each so many consecutive flags are set."""
+    """Number of set flags in each group of consecutive flags."""
     total = np.concatenate([[0], np.cumsum(flags)])
     return np.asarray(total[pulses:] - total[:-pulses])
 
@@ -93,7 +93,7 @@ def _shown(turns: NDArray[np.bool_]) -> bool:
 
 
 def _repeated(flags: NDArray[np.bool_], pulses: int) -> NDArray[np.bool_]:
-    """Those flags that are also set a turn before or behind: a single lost pulse looks like a gap."""
+    """The flags also set one turn earlier or later: a single lost pulse looks like a gap."""
     before, behind = np.zeros_like(flags), np.zeros_like(flags)
     before[pulses:], behind[:-pulses] = flags[:-pulses], flags[pulses:]
     return np.asarray(flags & (before | behind))

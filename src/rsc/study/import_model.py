@@ -1,4 +1,4 @@
-"""`rsc import`: a finite-element model into a file beside a scene, and a scene to begin with."""
+"""`rsc import`: store a finite-element model next to a new scene."""
 
 import math
 import os
@@ -82,7 +82,7 @@ def import_model(
     watched: Sequence[RadialGap] = (),
     overwrite: bool = False,
 ) -> str:
-    """Write a model beside a scene.
+    """Write a model and a scene that refers to it.
 
     Parameters
     ----------
@@ -224,7 +224,7 @@ def _clearances(gaps: Sequence[RadialGap]) -> str:
 
 
 def _names(gaps: Sequence[RadialGap]) -> list[str]:
-    """Names of gaps by their nodes; two at one node of the shaft are told apart by their outer ones."""
+    """Names of gaps by their nodes; two at one node of the shaft are distinguished by their outer nodes."""
     inner = [gap.inner for gap in gaps]
     return [f"node_{gap.inner}" + (f"_{gap.outer}" if inner.count(gap.inner) > 1 else "") for gap in gaps]
 
@@ -267,7 +267,7 @@ def guesses(model: FiniteElementModel, body: Body) -> dict[str, float]:
 
 
 def _guesses(model: FiniteElementModel, body: Body, first: Any, unbalance: int | str | None) -> dict[str, Any]:
-    """What the scene to begin with needs beside rotor and contact."""
+    """The tables of a new scene other than rotor and contact."""
     return guesses(model, body) | {
         "title": toml_value(one_line(Path(model.source).stem)[:80]),
         "source": one_line(model.source)[:100],

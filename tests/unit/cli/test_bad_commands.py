@@ -33,7 +33,7 @@ COMMANDS = {
     "F8 picture on a device": (["predict", "scene.toml", "-o", "/dev/null"], 4, "must end with"),
     "E70 link to a result that is not there": (["run", "scene.toml", "-o", "link.h5"], 4, "is a link"),
     "E70 link to a device as a picture": (["predict", "scene.toml", "-o", "link.png"], 4, "is a link"),
-    "C48 a picture of a table": (["predict", "scene.toml", "--speed", "50", "-o", "map.png"], 2, "leave one of both out"),
+    "C48 picture of a table": (["predict", "scene.toml", "--speed", "50", "-o", "map.png"], 2, "cannot be combined with --speed"),
     "F8 pipe": (["run", "scene.toml", "-o", "pipe"], 4, "is a pipe"),
     "F8 file of another kind": (["run", "scene.toml", "-o", "notes"], 4, "did not write"),
     "F8 HDF5 file of another program": (["run", "scene.toml", "-o", "model.mat"], 4, "did not write"),

@@ -189,7 +189,8 @@ def test_bad_files_are_refused_in_one_line_and_leave_nothing(tmp_path, capsys, k
 def test_a_share_of_the_way_must_be_a_number(tmp_path, capsys):
     with pytest.raises(SystemExit) as ended:
         main(["import", "ross", str(ROSS), "-o", str(tmp_path / "out.toml"), "--contact", "2,3,half"])
-    assert ended.value.code == 2 and "2,3,half: the share of the way must be a number from 0 to 1" in capsys.readouterr().err
+    told = "2,3,half: the fraction of the distance must be a number from 0 to 1"
+    assert ended.value.code == 2 and told in capsys.readouterr().err
 
 
 def test_millimetres_and_tonnes_are_noticed(tmp_path, capsys):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.lines.least_friction import mu_min
+from rsc.analysis.follow.least_friction import mu_min
 from rsc.analysis.paper.receptance import receptance
 from rsc.cli import main
 from rsc.show.words.sensitivities import sensitivity_text
@@ -112,4 +112,4 @@ def test_the_command(tmp_path, capsys):
     ((whirls, change),) = [(item["whirls"], item["sensitivity"]) for item in json.loads(capsys.readouterr().out)]
     assert len(change["frequency"]) == len(change["name"]) and whirls
     assert main(["predict", str(path), "--sensitivity"]) == 2
-    assert "--sensitivity: must come with the rotor speeds" in capsys.readouterr().err
+    assert "--sensitivity: requires rotor speeds" in capsys.readouterr().err

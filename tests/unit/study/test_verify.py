@@ -68,7 +68,7 @@ def test_the_whole_run_is_made_again_by_default(path, capsys):
     found, rows = verify(path), len(rsc.load(path).time)
     assert found.same and found.whole and (found.first, found.last) == (0, rows)
     assert main(["verify", str(path)]) == 0
-    assert f"rows 0 to {rows - 1} run again: the same bits; checkpoints, counters and energies" in capsys.readouterr().out
+    assert f"rows 0 to {rows - 1} repeated: identical bits; checkpoints, counters and energies" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("name", ["rotor", "normal_force", "time"])
@@ -110,7 +110,7 @@ def test_a_start_of_its_own_is_found(forged, capsys):
     def change(file):
         file["checkpoint/x"][0] = 1e-9
 
-    assert "no row run again: other bits in checkpoints" in refused(forged(change), capsys)
+    assert "no row repeated: different bits in checkpoints" in refused(forged(change), capsys)
 
 
 def test_no_more_is_run_than_up_to_the_first_difference(path):

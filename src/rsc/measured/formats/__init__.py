@@ -1,4 +1,4 @@
-"""The formats of measured files, one module each; what a file is, is told from its content and not from its name.
+"""Formats of measured files, one module each; a file is recognised by its content, not its name.
 
 `READERS` is the one table of them: refusals and the table of docs/users/measured.md are written from it.
 """
@@ -77,13 +77,13 @@ TEXT = Reader(
 
 
 def reader_of(content: bytes) -> Reader:
-    """The reader of a file; a text is what no other reader knows."""
+    """The reader of a file; a text if no other reader recognises it."""
     head = content[:_HEAD]
     return next((reader for reader in READERS if reader.recognises(head)), TEXT)
 
 
 def recording_of(content: bytes, path: Path) -> Recording:
-    """What a file holds; NoColumns, which names all formats, for what is none of them."""
+    """The recording in a file; NoColumns, which names all formats, if it has none of them."""
     reader = reader_of(content)
     if reader is TEXT and b"\0" in content[:_HEAD] and not text.is_utf16(content):
         raise NoColumns(f"is no text, {', '.join(one.name for one in READERS[:-1])} or {READERS[-1].name} file")

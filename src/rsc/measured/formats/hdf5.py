@@ -111,7 +111,7 @@ def _values(data: Any, name: str, memory: Memory) -> NDArray[Any]:
 
 
 class _opened:
-    """The file, open; what h5py raises of a damaged one, which may be anything, in one line."""
+    """The open file; any exception of h5py for a damaged one becomes one line."""
 
     def __init__(self, content: bytes) -> None:
         self._content = content

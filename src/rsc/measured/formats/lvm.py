@@ -25,7 +25,7 @@ def recognises(head: bytes) -> bool:
 
 
 def open_lvm(content: bytes) -> Recording:
-    """The columns of its rows, the comment behind them left out, with their units and, without a column of times, their rate."""
+    """The columns without comments, with their units and, without a time column, their rate."""
     content = as_ascii(content)
     ends = [match.start() for match in re.finditer(re.escape(_END.encode()), content[:_LONGEST_HEAD])]
     if not ends or content.count(_END.encode()) > 2:
@@ -44,7 +44,7 @@ def open_lvm(content: bytes) -> Recording:
 
 
 def _keys(lines: list[str], separator: str | None) -> dict[str, list[str]]:
-    """Key -> the fields behind it, one for each channel."""
+    """Key -> its fields, one per channel."""
     parts = (re.split(r"[\t,]", line) if separator is None else line.split(separator) for line in lines)
     return {part[0].strip(): part[1:] for part in parts if part and part[0].strip()}
 

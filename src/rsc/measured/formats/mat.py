@@ -92,7 +92,7 @@ def _scalar(arrays: Arrays, name: str) -> float | None:
 
 
 def _scalars(arrays: Arrays) -> dict[str, float]:
-    """Single numbers of which the name says that they are a rate or an interval."""
+    """Single numbers named like a sampling rate or interval."""
     named = [name for name in arrays if plain(name) in RATES + STEPS]
     return {name: value for name in named if (value := _scalar(arrays, name)) is not None}
 
@@ -104,6 +104,6 @@ def plain(name: str) -> str:
 
 
 def told_of(scalars: dict[str, float]) -> tuple[str, ...]:
-    """Lines on numbers that may be the rate: a name is no format, so that they are told and not used."""
+    """Remarks on numbers that may be the sampling rate; they are reported and not used."""
     words = "may be the samples a second, or the interval: not used"
     return tuple(f"its {name[:40]} = {value:g} {words}" for name, value in scalars.items())

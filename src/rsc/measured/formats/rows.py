@@ -51,7 +51,7 @@ def numbers_in(line: str, parted: str) -> tuple[bool, ...]:
 
 
 def form_of(lines: list[str], parted: str) -> RowForm:
-    """How the rows are written of which these are the first."""
+    """The layout of rows, from the first ones."""
     cells = [fields(line, parted) for line in lines]
     comma = any("," in cell for row in cells for cell in row if NUMBER.fullmatch(cell))
     return RowForm(parted, len(cells[0]), comma, '"' in lines[0])
@@ -87,7 +87,7 @@ def columns_of(body: bytes, form: RowForm, columns: list[int]) -> list[NDArray[n
 
 
 def _refuse_other_widths(body: bytes, form: RowForm) -> None:
-    """Refuse rows of more or fewer fields than the first has: a decimal comma among commas would shift all columns behind it."""
+    """Refuse rows with more or fewer fields than the first: a decimal comma would shift the following columns."""
     if form.parted == " " or form.longer:
         return
     parted = form.parted.encode()

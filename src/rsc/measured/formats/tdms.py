@@ -106,7 +106,7 @@ def _samples(channel: Any) -> NDArray[np.float64]:
 
 @contextlib.contextmanager
 def _opened(content: bytes) -> Iterator[Any]:
-    """The file, open; what npTDMS raises of a damaged one, which may be anything, in one line."""
+    """The open file; any exception of npTDMS for a damaged one becomes one line."""
     nptdms = imported("nptdms", "TDMS")
     try:
         with _silent(nptdms), nptdms.TdmsFile.open(io.BytesIO(content)) as file:
@@ -119,7 +119,7 @@ def _opened(content: bytes) -> Iterator[Any]:
 
 @contextlib.contextmanager
 def _silent(nptdms: ModuleType) -> Iterator[None]:
-    """It prints what it meets in a damaged file, which may be anything."""
+    """Suppresses messages that npTDMS prints for damaged files."""
     before = nptdms.log.log_manager.log_level
     nptdms.log.log_manager.set_level(logging.CRITICAL + 1)
     try:

@@ -70,7 +70,7 @@ def _called(heads: Sequence[str]) -> tuple[tuple[str, ...], str]:
 
 
 def as_ascii(content: bytes) -> bytes:
-    """A text in an encoding in which ASCII is ASCII, its lines ended by a line feed; NoColumns for what is no text."""
+    """A text in an ASCII-compatible encoding with line feeds; NoColumns if it is not text."""
     if is_utf16(content):
         encoding = "utf-16" if content.startswith(_UTF16) else "utf-16-le" if content[1:2] == b"\0" else "utf-16-be"
         content = content.decode(encoding, "replace").encode()

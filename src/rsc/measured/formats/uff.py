@@ -28,7 +28,7 @@ def recognises(head: bytes) -> bool:
 
 
 def open_uff(content: bytes, path: Path) -> Recording:
-    """Its time responses, called by their first line of text; the times of an uneven one are a channel behind it."""
+    """Its time responses, named by their first line of text; times of a non-uniform one follow as a channel."""
     pyuff = imported("pyuff", "UFF-58")
     if len(content) > _MOST_BYTES or content.count(b"\n") > _MOST_LINES:
         most = f"{_MOST_BYTES >> 20} MB or {_MOST_LINES} lines"

@@ -144,7 +144,7 @@ def _figure(name, picture, caption):
 
 
 def _for_script(picture):
-    """A picture without what only paper needs."""
+    """A plot without the data needed for print only."""
     data = [{key: value for key, value in trace.items() if key != "levels"} for trace in picture["data"]]
     return {"data": data, "layout": picture["layout"]}
 
@@ -161,5 +161,5 @@ def _library():
 
 
 def lettered(content):
-    """Bytes in letters of which none can end a script element or be read as markup: base 85, with a comma for <."""
+    """Bytes encoded so that they are safe inside a script element: base 85, with a comma for <."""
     return base64.b85encode(content).decode().replace("<", ",")

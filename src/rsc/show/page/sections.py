@@ -57,7 +57,7 @@ def motions(report):
 
 
 def limits(report):
-    """The unbalance response beside the [limits] of the scene; nothing without them."""
+    """The unbalance response compared with [limits] of the scene; empty without them."""
     if report.limits is None:
         return ""
     header, rows = limits_cells(report.limits)
@@ -67,7 +67,7 @@ def limits(report):
 
 
 def windows(report, most=60):
-    """Simulated or measured beside predicted, window by window."""
+    """Simulated or measured values compared with predicted ones, by window."""
     header, rows = window_cells(report, most)
     return f"<p>Lengths over the gap{escape(at_lead(report))}.</p>{table(header, rows, 'wrap')}"
 
@@ -100,7 +100,7 @@ def assumptions(report):
 
 
 def _of_simulation(report):
-    """Rows of what a simulation is good for."""
+    """Table rows on the accuracy of a simulation."""
     summary, contacts = report.result.summary, report.result.scene.contacts
     gap = min(contact.gap for contact in contacts)
     pairs = zip(contacts, at_contacts(report.result), strict=True)

@@ -57,7 +57,7 @@ class _Scale:
 
 
 def _limits(data, axis, name):
-    """(low, high) of an axis: its range, or what holds all its values."""
+    """(low, high) of an axis: its range, or that of all values."""
     if "range" in axis:
         return axis["range"]
     values = [np.array(trace[name], float) for trace in data if len(trace[name])]
@@ -154,7 +154,7 @@ def _corners(points):
 
 
 def _steps(points, end=""):
-    """The words of a path: the first point, then the steps, which are short; `end` stands behind every point."""
+    """The coordinates of a path: first point, then relative steps, each followed by `end`."""
     words = [f"{int(step.real)} {int(step.imag)}{end}" for step in np.diff(points, prepend=0.0).tolist()]
     letter = "m" if end else "l"
     return ("M" + words[0] + (letter + (letter if end else " ").join(words[1:]) if words[1:] else "")).replace(" -", "-")

@@ -69,7 +69,7 @@ def moments(report, chosen):
 
 
 def at_cursor(report, along, most=120):
-    """Values and paths of at most so many windows, which the page shows where its cursor stands."""
+    """Values and orbits of at most `most` windows, shown by the page at its cursor."""
     n_windows = len(report.fall.speed)
     chosen = np.unique(np.linspace(0, n_windows - 1, min(n_windows, most)).round().astype(int))
     orbits, gap = report.orbits, report.contact.gap

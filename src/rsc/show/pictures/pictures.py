@@ -93,7 +93,7 @@ def cascade(report, along, reach):
 
 
 def orders(report, along, reach, orders=(-2, -1, 1, 2)):
-    """Lines at multiples of the rotor speed, each with its name beside its far end."""
+    """Lines at multiples of the rotor speed, labelled at the far end."""
     speeds, places = report.fall.speed, along.of_windows
     if along.by_speed:
         speeds = places = np.linspace(places.min(), places.max(), 50)
@@ -324,7 +324,7 @@ def _strip(report, along, words, values, base):
 
 
 def bode_amplitude(report, along):
-    """Amplitude of the line at the rotor speed over the run; of a measured one beside the predicted ones."""
+    """Amplitude of the line at the rotor speed over the run; for a measured run with the predicted ones."""
     factor, unit = unit_for(largest_finite(np.abs(report.order)), "m")
     data = [line(*thinned(along.of_windows, factor * np.abs(report.order)), "1X", BLUE, showlegend=False)]
     if report.stretches is None:

@@ -141,7 +141,7 @@ def draw(axes: Axes, picture: Picture, style: dict[str, Any] | None = None) -> N
 
 
 def _broken(name: str, most: int) -> str:
-    """The name of an axis in lines of at most so many characters, its unit on a line of its own."""
+    """The name of an axis, wrapped, with its unit on a separate line."""
     if len(name) <= most:
         return name
     quantity, _, unit = name.rpartition(" in ")

@@ -15,18 +15,18 @@ DIGITS = 5
 
 
 def line(x, y, name, colour, dash="solid", width=1.6, **more):
-    """A line; what is not finite breaks it."""
+    """A line, broken at non-finite values."""
     drawn = {"color": colour, "dash": dash, "width": width}
     return {"type": "scatter", "mode": "lines", "x": numbers(x), "y": numbers(y), "name": name, "line": drawn, **more}
 
 
 def numbers(values):
-    """A list for JSON: five digits, None for what is not finite."""
+    """A list for JSON: five digits, None for non-finite values."""
     return [float(f"{v:.{DIGITS}g}") if np.isfinite(v) else None for v in np.asarray(values, float).tolist()]
 
 
 def thinned(x, y, most=MOST_POINTS):
-    """A line with at most so many points that keeps the smallest and the largest value of every group."""
+    """A line thinned to a maximum number of points; keeps the smallest and largest value of every group."""
     x, y = np.asarray(x, float), np.asarray(y, float)
     if len(x) <= most:
         return x, y
@@ -69,7 +69,7 @@ def dots(x, y, name, colour, ring=None, size=6, symbol="circle"):
 
 
 def named_once(data):
-    """Traces of which only the first of a name stands in the legend."""
+    """Traces in which each name appears once in the legend."""
     names = set()
     for trace in data:
         if trace.get("showlegend") is not False and trace["name"] in names:

@@ -1,4 +1,4 @@
-"""The page of a sweep: what it found, its maps, what was varied, the scene; one file, without script."""
+"""The page of a sweep: results, maps, varied keys, scene; one file without script."""
 
 import base64
 import io
@@ -56,7 +56,7 @@ def _page(data):
 
 
 def _answer(data):
-    """(topic, text): how the cases ended, what whirls do, extremes and where they are."""
+    """(topic, text): ends of the cases, danger classes, extremes and their places."""
     lines = [("cases", sweep_words.ends(data).partition(": ")[2])]
     if danger := sweep_words.dangers(data):
         lines.append(("backward whirl", danger.partition(": ")[2]))
@@ -65,7 +65,7 @@ def _answer(data):
 
 @default_settings()
 def _figure(name, figure):
-    """A picture within the page, with what it shows in words."""
+    """A plot within the page, with its description."""
     figure.set_dpi(DPI)
     content = io.BytesIO()
     figure.savefig(content, format="png")
@@ -75,7 +75,7 @@ def _figure(name, figure):
 
 
 def _varied(data):
-    """Rows of the table of what was varied."""
+    """Table rows of the varied keys."""
     rows = []
     for key, (_, values, about) in data.coordinates.items():
         low, high = (values.min(), values.max()) if values.dtype.kind in "fiu" else (values[0], values[-1])

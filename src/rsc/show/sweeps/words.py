@@ -1,4 +1,4 @@
-"""What a sweep found, in a few lines: how its cases ended and why, what backward whirls do, the extremes and where they are."""
+"""Results of a sweep in a few lines: ends of the cases with reasons, danger classes, extremes and their places."""
 
 import re
 from collections import Counter
@@ -34,7 +34,7 @@ def _status(data):
 
 
 def dangers(data):
-    """One line on what backward whirls do in how many cases; "" where that was not computed."""
+    """One line with the number of cases in each danger class; "" if not computed."""
     counts = _dangers(data)
     told = ", ".join(f"{text} in {count} cases" for text, count in counts.items())
     return f"backward whirl: {told}" if counts else ""
@@ -49,7 +49,7 @@ def _dangers(data):
 
 
 def plain(data):
-    """The same as values for JSON: how many cases ended how, what backward whirls do in them, and why cases did not finish."""
+    """The same as values for JSON: ends of the cases, danger classes, and reasons of unfinished cases."""
     return {
         "cases": int(data["status"].size), "dims": {name: int(length) for name, length in data.dims.items() if name != WHIRL},
         "status": _status(data), "danger": _dangers(data), "reasons": reasons(data),
@@ -80,7 +80,7 @@ def set_words(data, name):
 
 
 def reasons(data):
-    """Why cases did not finish, a line for each kind; reasons that differ in their numbers alone are told once."""
+    """Reasons of unfinished cases, one line each; reasons that differ only in numbers are listed once."""
     alike = {}
     for reason in as_str(data.variables["reason"][1][data["status"] != "finished"]).tolist():
         if reason:

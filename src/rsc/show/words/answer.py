@@ -1,4 +1,4 @@
-"""The engineer's answer: what did it do, how large, with which force, what ended it, what else can it do.
+"""The answer: motion, vibration, force, changes, end of the run, and other motions that last.
 
 What a window is, is asked of `rsc.measure.kinds` alone; what else can last, of the simulated list of motions. Nothing is decided
 here: these are words.
@@ -9,7 +9,7 @@ import textwrap
 
 import numpy as np
 
-from rsc.analysis.lines.least_friction import MOST
+from rsc.analysis.follow.least_friction import MOST
 from rsc.measure.catalogue import WHIRLING
 from rsc.measure.kinds import BACKWARD, Kind
 from rsc.measure.several import together
@@ -104,7 +104,7 @@ def _whirl(report):
 
 
 def _named(report, kind, places):
-    """[(name, places)] of the windows of one kind; of several contacts those where it is at others are told apart."""
+    """[(name, places)] of the windows of one kind; with several contacts, separate entries for different contacts."""
     return named_places(report, places) if report.lead else [(kind, places)]
 
 
@@ -121,7 +121,7 @@ def _frequency(report):
 
 
 def _whirl_line(report):
-    """The largest line of the whirls, m; NaN where the largest line is not the whirl's: nobody knows what its own has there."""
+    """The largest line of the whirls, m; NaN if the largest line does not belong to the whirl."""
     features = report.features
     lines = [i for i in whirling(report) if np.isfinite(features.amplitude[i])]
     largest = max(lines, key=lambda i: features.amplitude[i], default=None)
@@ -129,7 +129,7 @@ def _whirl_line(report):
 
 
 def _force(report):
-    """The largest force, and the largest power of friction: heat, or without a diameter what it feeds into the motion."""
+    """The largest force and power of friction: heat, or without a diameter the power input into the motion."""
     stretches, whole = report.stretches, report.stretches.whole()
     if not whole.force_max > 0.0:
         return ""
@@ -144,7 +144,7 @@ def _force(report):
 
 
 def _heat(stretches):
-    """Heat of friction over each stretch (n,), J: what it takes from the drive, less what turns a race or feeds the motion."""
+    """Heat of friction in each stretch (n,), J: work taken from the drive minus work on a race and on the motion."""
     return stretches.drive_work - stretches.race_work - stretches.friction_work
 
 
@@ -186,7 +186,7 @@ def _shared(stretches):
 
 
 def _changes(report):
-    """Changes of the whirls that the answer tells: a line that is none of a whirl may pass a predicted one."""
+    """Changes between whirls for the answer: lines that do not belong to a whirl are excluded."""
     windows = report.windows
     whirls, texts = {windows[i].branch for i in whirling(report) if windows[i].branch}, []
     changes = [change for change in report.transitions if whirls & {change.before, change.after}]
@@ -232,7 +232,7 @@ def _stable(branch, speeds):
 
 
 def _others(report):
-    """What lasts after an impact at the speeds that were looked at: what a simulation showed, what none reached, the coverage."""
+    """Motions that last after an impact, predicted motions not reached, and the coverage, for each list."""
     lines = []
     for listed in report.motions:
         others = others_of(listed, report.features, report.fall.speed.tolist())

@@ -1,4 +1,4 @@
-"""What a report tells of each of several contacts: lines of the answer, cells of tables, plain numbers."""
+"""Results of a report for each of several contacts: lines of the answer, table cells, plain numbers."""
 
 import numpy as np
 

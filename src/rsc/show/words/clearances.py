@@ -1,4 +1,4 @@
-"""What is told of places that are only watched: how far a run and its predictions come to their gaps, and what is touched."""
+"""Monitored clearances in words: closest approach of a run and its predictions, and touches."""
 
 import math
 

@@ -123,7 +123,7 @@ def _with_unit(value, unit):
 
 
 def _force(report, whirling):
-    """The model's force on the windows that agree in frequency, or why none is told."""
+    """The force of the model in windows that agree in frequency, or the reason why it is not given."""
     windows = [report.windows[i] for i in whirling]
     labels = {branch.label: branch for branch in report.branches}
     agreeing = [w for w in windows if w.frequency.verdict == AGREES and w.branch in labels]

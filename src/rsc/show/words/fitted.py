@@ -11,7 +11,7 @@ NOT_TOLD = "not told"
 
 
 def fit_text(fit):
-    """Values with their intervals, what is told and what not; `fit` as `rsc.Fit`."""
+    """Fitted values with their intervals, and undetermined values; `fit` is an `rsc.Fit`."""
     lines = [*([one_line(fit.scene.title)] if fit.scene.title else []), *(f"warning: {line}" for line in fit.warnings)]
     if not fit.converged:
         lines.append("not converged: the values are the best found so far, their intervals mean nothing")
@@ -38,7 +38,7 @@ def _row(value):
 
 
 def _digits(value, side):
-    """Digits of a value of which two are those of a side of its interval."""
+    """Digits of a value: down to the second digit of its interval."""
     return 2 + math.ceil(math.log10(abs(value / side))) if value and side else 0
 
 

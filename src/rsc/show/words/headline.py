@@ -29,7 +29,7 @@ def summary(windows, transitions, status, witness="simulation"):
 
 
 def _counted(windows):
-    """How many windows agree in which quantity, and what the others say."""
+    """Number of windows that agree in each quantity, and the verdicts of the others."""
     verdicts = [window.frequency.verdict for window in windows]
     backward = [window for window in windows if window.frequency.verdict not in (NO_WHIRL, NOT_RESOLVED)]
     own = {

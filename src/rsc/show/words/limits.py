@@ -1,4 +1,4 @@
-"""The unbalance response beside the limits of a scene, in words and as a table."""
+"""The unbalance response compared with the limits of a scene, in words and as a table."""
 
 import math
 
@@ -19,7 +19,7 @@ def limits_cells(acceptance):
 
 
 def limits_lines(acceptance):
-    """(topic, text) of what is judged beside the peaks."""
+    """(topic, text) of the limits other than peaks."""
     low, high = acceptance.operating
     speeds = frequency_text(low) if low == high else frequencies_text(low, high)
     told = f"{vibration(acceptance.vibration)} at {frequency_text(acceptance.at)}, the largest at {speeds}; allowed"

@@ -16,7 +16,7 @@ from rsc.show.words.wording import amount, frequency_text, hertz, motion_name, s
 
 
 def motions_text(listed, title=""):
-    """The motions of a `rsc.measure.catalogue.Motions`, what was predicted and not reached, and what is not excluded."""
+    """A `rsc.measure.catalogue.Motions` as text: motions that last, predicted ones not reached, and coverage."""
     verdict = textwrap.wrap(f"verdict: {verdict_text(verdict_of(None, None, (), [listed]))}", COLUMNS, break_long_words=False)
     head = [*verdict, "", *([one_line(title), ""] if title else [])]
     lines = [*head, f"motions that last at {speed_text(listed.speed)}, {listed.runs} runs"]

@@ -43,7 +43,7 @@ WORDS = {
 
 
 def note(row):
-    """Why a row of a report has its verdict; "" where the verdict tells all."""
+    """The reason for the verdict of a row; "" if there is none."""
     parts, last = [], None
     for reason in row.reasons:
         words = WORDS[reason.code]

@@ -28,7 +28,7 @@ def remedies_text(remedies, title=""):
 
 
 def _changed(own):
-    """A value, what it is changed to, and by how much."""
+    """A value, its new value and the relative change."""
     by = f"{100.0 * own.change:+.3g} %"
     if math.isnan(own.value):
         return f"{own.name} times {own.factor:.3g} ({by})"

@@ -61,7 +61,7 @@ def _other_psi():
 
 
 def notes(report):
-    """The warnings of a report that its answer does not tell: of a measured run it begins with those of the signals."""
+    """The warnings of a report that are not part of its answer (which starts with those of measured signals)."""
     told = set(report.result.warnings) if report.result.summary is None else set()
     return [f"note: {sentence_in_units(warning)}" for warning in report.warnings if warning not in told]
 
@@ -72,7 +72,7 @@ def at_lead(report):
 
 
 def window_cells(report, most):
-    """Header and rows of texts of at most so many windows, simulated beside predicted; lengths over the gap."""
+    """Header and text rows of at most `most` windows, simulated and predicted; lengths over the gap."""
     gap, (per_hertz, _) = report.contact.gap, column("Hz")
     every = max(1, math.ceil(len(report.windows) / most))
     word = {"simulated": "sim", "measured": "meas"}[report.word]
@@ -226,7 +226,7 @@ def _attractors(motions, gap):
 
 def whirls_text(whirls, gap, remarks=(), ratios=(), loads=()):
     """Table of the predicted whirls at one speed, remarks on them in words (`rsc.analysis.survey.remarks`), the force ratios of
-    their pairs (`rsc.analysis.lines.force_ratio`), and what each takes from a drive with a torque (`rsc.system.held`)."""
+    their pairs (`rsc.analysis.follow.force_ratio`), and what each takes from a drive with a torque (`rsc.system.held`)."""
     header = ("speed Hz", "Psi Hz", "|r|/gap", "|s|/gap", "F_N N", "growth 1/s", "stable", "1X/gap", "2Psi-1X/gap", "not valid")
     rows = [
         (
@@ -252,7 +252,7 @@ def whirls_text(whirls, gap, remarks=(), ratios=(), loads=()):
 
 
 def claim(whirl):
-    """Whether a whirl is stable, or what it touches."""
+    """Stability of a whirl in words, or the clearance it touches."""
     if whirl.decays and whirl.touches:
         return touching(whirl.touches)
     return "yes" if whirl.stable else "no"

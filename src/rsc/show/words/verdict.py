@@ -1,4 +1,4 @@
-"""The verdict in words: one to three sentences, then what it means."""
+"""The verdict in words: one to three sentences and the severity."""
 
 import math
 from math import isnan

@@ -13,7 +13,7 @@ OFFSET = 0.05  # of the gap: a mean position further from where the rotor rests 
 
 
 def vibration_text(report, line=math.nan):
-    """Vibration peak to peak in the window where it is largest, static sag, mean offset, and what else its size is told by.
+    """Largest peak-to-peak vibration of a window, static sag, mean offset, orbit and stator amplitude.
 
     Parameters
     ----------

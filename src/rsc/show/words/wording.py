@@ -27,7 +27,7 @@ NOT_VALID = {
     "nearly_circular": "orbit not circular",
     "within_clearances": "touches a clearance",
 }
-# cause of an event (`rsc.analysis.lines.events`) -> its name, as of a mark in a picture
+# cause of an event (`rsc.analysis.follow.events`) -> its name, as of a mark in a picture
 CAUSES = {
     "fold of two roots": "fold (limit point)",
     "fold of two forward rubs": "fold (limit point)",
@@ -157,7 +157,7 @@ def frequencies_text(low, high, form=""):
 
 
 def rates_text(low, high, explained=True):
-    """A range of rates at which whirls turn, in Hz; explained: what their sign means."""
+    """A range of whirl rates in Hz; `explained` adds the meaning of the sign."""
     same, sign = f"{low:.4g}" == f"{high:.4g}", "negative: against the rotation" if explained else ""
     if column("Hz")[1] != "Hz":
         text = frequency_text(low) if same else frequencies_text(low, high)

@@ -154,11 +154,11 @@ class Equations:
 
     @cached_property
     def longest_step(self) -> float:
-        """A twentieth of the shortest period of a body against the spring of a contact, in s: within longer steps a pair of
+        """A fifth of the shortest period of a body against the spring of a contact, in s: within longer steps a pair of
         switches may lie, which an integrator that looks for changes of sign between its steps does not see."""
         p = self.constants
         square = p.spring * np.sum(p.rows * p.per_force, axis=1)
-        return float(2.0 * np.pi / np.sqrt(square.max()) / 20.0)
+        return float(2.0 * np.pi / np.sqrt(square.max()) / 5.0)
 
     @cached_property
     def _mass(self) -> Real:

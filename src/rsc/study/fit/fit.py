@@ -1,4 +1,4 @@
-"""`fit(scene, measured, free)`: values of a scene from a measured run, with what the run tells of them and what not."""
+"""`fit(scene, measured, free)`: fit values of a scene to a measured run, with intervals."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from rsc.analysis.lines.patience import Note, silent
+from rsc.analysis.follow.patience import Note, silent
 from rsc.arguments import FUNCTION, NAMED, RUN, SCENE, TEXTS, WHOLE, optional, takes
 from rsc.measured.measured import Measured
 from rsc.measured.run import measured_run
@@ -119,7 +119,7 @@ def fit(
 
 
 def fitted_models(models: Models, note: Note) -> Fit:
-    """The Fit of models beside what was measured; a KeyboardInterrupt carries that of the best values until then."""
+    """The Fit of models to a measured run; a KeyboardInterrupt carries that of the best values so far."""
     seen, best = models.seen, list[_FitEnd]()
     note(f"{len(seen.starts)} windows on a backward whirl, {int(seen.held.sum())} of them held back")
     try:

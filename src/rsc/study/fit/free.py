@@ -93,7 +93,7 @@ def _free(scene: Scene, name: str, prior: Any) -> Free:
 
 
 def _guess(scene: Scene, value: Value) -> float | None:
-    """What the scene has, also where it is told by another key; None where it has nothing."""
+    """The value in the scene, also if given by another key; None if there is none."""
     known = physical_values(scene)
     if value.name in known:
         return known[value.name]
@@ -118,7 +118,7 @@ def _of_one_mass(body: Any, key: str) -> float | None:
 
 
 def _allowed(value: Value, bound: float, guess: float) -> float:
-    """The bound, or of a range that reaches beyond what a scene may have a bound that it may have."""
+    """The bound, limited to the range allowed in a scene."""
     inside, outside = guess, bound
     if _may_be(value, bound):
         return bound

@@ -1,4 +1,4 @@
-"""Least squares between what a run shows and what a scene predicts, with what its simulation shows beyond the prediction."""
+"""Least squares between a measured run and predictions, corrected by simulations."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -36,13 +36,13 @@ class Added:
     lost: NDArray[np.bool_]
 
     def to(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(k, n_w, 4) what is added at points (k, n_free)."""
+        """(k, n_w, 4) corrections at points (k, n_free)."""
         away = np.clip(points - self.at, -FARTHEST, FARTHEST)
         return np.asarray(self.offset + np.tensordot(away, self.slope, 1))
 
 
 def added_about(models: Models, point: Values) -> Added:
-    """What simulations at a point and beside it, in every coordinate, add to predictions."""
+    """Corrections of predictions by simulations at a point and its neighbours in every coordinate."""
     points = point + SIMULATED_STEP * np.eye(len(point) + 1, len(point), -1)
     predicted = models.predicted(points, np.arange(len(models.seen.starts))).features
     beyond = models.simulated(points) - predicted

@@ -40,7 +40,7 @@ def features_of(lines: WindowLines) -> NDArray[np.float64]:
 
 
 class Models:
-    """Scenes with free values beside a measured run; `runs` counts the simulations."""
+    """Scenes with free values for a measured run; `runs` counts the simulations."""
 
     def __init__(self, scene: Scene, seen: FittedWindows, free: Sequence[Free], threads: int | None = None) -> None:
         self.scene, self.seen, self.free, self._threads = scene, seen, list(free), threads

@@ -112,14 +112,14 @@ class FittedWindows:
 
     @property
     def told(self) -> int:
-        """How many features of a window tell something: without a mark on the shaft the line at the rotor speed has a size and no
+        """Number of usable features of a window: without a mark on the shaft the line at the rotor speed has a size and no
         direction, and of a speed that was measured without pulses it is not known closely enough for either."""
         if self.run.jitter is None:
             return WHIRL_ONLY
         return FEATURES if self.run.marked else WITHOUT_PHASE
 
     def order_of(self, lines: NDArray[np.complex128]) -> NDArray[np.complex128]:
-        """Lines at the rotor speed as far as the run tells them: without a known mark their sizes."""
+        """Lines at the rotor speed; without a known mark their magnitudes."""
         return _told_of(self.run, lines)
 
 
@@ -207,7 +207,7 @@ def _deviation(noise: NDArray[np.float64], window: float, lines: WindowLines, an
 
 
 def _left(run: MeasuredRun, noise: float) -> float:
-    """Deviation of what is left of the runout, of noise with this deviation in both parts of a sample."""
+    """Standard deviation of the remaining runout, for noise with this deviation in both parts of a sample."""
     if run.slow_roll is None:
         return ANY
     slow = (run.speed >= run.slow_roll[0]) & (run.speed <= run.slow_roll[1])

@@ -1,4 +1,4 @@
-"""What a fit tells of its values, and what not: directions of the singular values of its slopes, a profile for each value."""
+"""Determined and undetermined values of a fit: singular directions of its slopes, a profile for each value."""
 
 from dataclasses import dataclass
 
@@ -48,12 +48,12 @@ class Direction:
 
     @property
     def words(self) -> str:
-        """The product of powers of the values that it is, smaller ones than a tenth left out."""
+        """The combination as a product of powers; powers below a tenth are omitted."""
         return " ".join(f"{name}^{share:.2g}" for name, share in self.parts.items() if abs(share) >= NAMED)
 
 
 def directions(free: list[Free], slopes: NDArray[np.float64], scale: float) -> tuple[Direction, ...]:
-    """The directions of a fit, the best told first; `scale`: standard deviation of the residuals."""
+    """The directions of a fit, the best determined first; `scale`: standard deviation of the residuals."""
     _, sizes, axes = np.linalg.svd(slopes, full_matrices=True)
     sizes = np.concatenate([sizes, np.zeros(len(free) - len(sizes))])
     told = []

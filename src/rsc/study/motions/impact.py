@@ -56,7 +56,7 @@ class _Looked:
                 break
 
     def bisect(self) -> None:
-        """Halve what lies between the smallest that starts one and the next size that does not."""
+        """Bisect between the smallest impact that starts a whirl and the next smaller one."""
         for _ in range(BISECTIONS if self.below else 0):
             self._start(0.5 * (self.below + abs(self.impulse)))
 

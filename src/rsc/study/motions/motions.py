@@ -1,4 +1,4 @@
-"""What can a machine do at a speed: every motion that lasts, from what is predicted and from random impacts, each simulated."""
+"""All motions that last at a speed, simulated from predicted motions and random impacts."""
 
 import itertools
 import math
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from rsc.analysis.balance.balance import balance
 from rsc.analysis.balance.floquet import balance_growth
 from rsc.analysis.balance.problem import NotBalanced
-from rsc.analysis.lines.forward_rub import rub_growth
-from rsc.analysis.lines.least_friction import least_frictions
+from rsc.analysis.follow.forward_rub import rub_growth
+from rsc.analysis.follow.least_friction import least_frictions
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import along
 from rsc.analysis.paper.rolling import rolling_whirls
@@ -269,12 +269,12 @@ class Search:
         return checked
 
     def _ends_beside(self, ends: list[End], rng: np.random.Generator) -> list[End]:
-        """Where runs from beside the last states of others end."""
+        """The ends of runs started near the last states of others."""
         states = [_beside(end, rng) for end in ends]
         return self.ends([state for state, _ in states], [turns for _, turns in states])
 
     def _left(self, group: list[End], end: End, rng: np.random.Generator) -> End:
-        """Where a run beside a restless motion ends; if it stays, one of some more runs that comes to rest in another one."""
+        """The end of a run started near a restless motion; if it stays, a further run that settles elsewhere."""
         if end.steady or end.motion.kind == Kind.RUNNING_AWAY or not same(group[0], end, self.settling.gaps):
             return end
         own = itertools.islice(itertools.cycle([*group, end]), RESTLESS_RUNS - 1)
@@ -379,7 +379,7 @@ def _grouped(ends: Sequence[End], gaps: Sequence[float]) -> list[list[End]]:
 
 
 def _beside(end: End, rng: np.random.Generator) -> tuple[InitialState, float]:
-    """A state beside the last one of a run: other velocities; other displacements would press a stiff contact far in."""
+    """A state near the last one of a run: only velocities change, since displacements would indent a stiff contact."""
     state = end.state
 
     def changed(velocity: NDArray[np.complex128]) -> NDArray[np.complex128]:

@@ -41,7 +41,7 @@ STRETCHES = 6  # in a block at least, of which the kind is told
 
 
 def with_held(search: "Search", listed: Motions, scene: Scene, most_steps: int = MOST_STEPS) -> Motions:
-    """A list of motions of a search with what the drive of a scene makes of each; as it is of a prescribed speed."""
+    """A list of motions with the outcome of each under the torque of the drive; unchanged for a prescribed speed."""
     if scene.drive.inertia is None or not listed.speed > 0.0:
         return listed
     release = Release(scene, search.settling, most_steps)
@@ -122,7 +122,7 @@ class Release:
         return Held(**vars(load), outcome=outcome, speed=speed, time=time, rate=rate, **way._asdict())
 
     def _outcome(self, part: int, speed: float, motion: str, torque: float) -> str:
-        """What became of a speed that has settled, with a motion of which friction takes a torque."""
+        """The outcome of a settled speed, with a motion whose friction takes a torque."""
         begin = self._settling.speed
         if abs(speed - begin) <= SAME_SPEED * begin:
             return HOLDS
@@ -134,7 +134,7 @@ class Release:
 
 
 class _Way(NamedTuple):
-    """The fields of a `Held` that tell the motions of a run: that at its end, where the first one was left, the worst between."""
+    """The motions of a run for a `Held`: the final one, where the first one was left, the worst in between."""
 
     motion: str
     frequency: float
@@ -188,7 +188,7 @@ class _TorqueCourse:
         return _limit(speeds)
 
     def take(self, rows: NDArray[np.float64]) -> None:
-        """Take all stretches of a run that has ended, and tell what it was in from block to block."""
+        """The motion of a finished run from block to block."""
         self._each = side_by_side(rows, len(self._settling.gaps))
         first, ends, turned = 0, self._each[0].end, self._turned(self._each[0].end)
         while first < len(ends):
@@ -254,7 +254,7 @@ class _TorqueCourse:
 
     @staticmethod
     def _changed(own: Stretches, share: float, i: int) -> bool:
-        """Whether contact is lost in a stretch of what was always in contact, or begins of what never was."""
+        """Whether permanent contact is lost in a stretch, or contact begins where there was none."""
         part = float(own.contact_time[i] / (own.end[i] - own.begin[i]))
         return part < LASTING if share >= LASTING else share == 0.0 and part > 0.0
 
@@ -283,7 +283,7 @@ class _TorqueCourse:
 
 
 def _alike(motions: Sequence[Motion], gaps: Sequence[float]) -> bool:
-    """Whether motions are of one kind and size, and press alike; the size of what does not touch only must not grow."""
+    """Whether motions have the same type, size and force; without contact, the size need only not grow."""
     if len({motion.kind for motion in motions}) > 1 or motions[-1].kind == Kind.NOT_RESOLVED:
         return False
     for course, gap in zip(zip(*(motion.everywhere for motion in motions), strict=True), gaps, strict=True):
@@ -295,7 +295,7 @@ def _alike(motions: Sequence[Motion], gaps: Sequence[float]) -> bool:
 
 
 def _limit(speeds: Sequence[float]) -> float | None:
-    """Where three mean speeds of consecutive windows lead, as an exponential does; None where they do not tell."""
+    """The limit of three mean speeds of consecutive windows by an exponential; None if undetermined."""
     before, after, last = speeds[1] - speeds[0], speeds[2] - speeds[1], speeds[2]
     if max(abs(before), abs(after)) <= STILL * last:
         return last

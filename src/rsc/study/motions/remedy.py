@@ -86,12 +86,12 @@ class Remedies:
 
     @property
     def harmful(self) -> list[LastingMotion]:
-        """The backward motions that last as the machine is, and what runs away."""
+        """The lasting backward motions and diverging motions of the unchanged machine."""
         return harmful_of(self.motions)
 
 
 def harmful_of(listed: Motions) -> list[LastingMotion]:
-    """The backward motions of a list, and what runs away."""
+    """The backward and diverging motions of a list."""
     return [motion for motion in listed.motions if motion.motion in HARMFUL]
 
 
@@ -239,7 +239,7 @@ class _Remedying:
             return True
 
     def _tried(self, lever: _Lever, border: float, states: Sequence[End], predicted: bool) -> Remedy | None:
-        """The first change along a value that the simulations confirm, or what remains; None of an interrupted one."""
+        """The first change of a value that the simulations confirm, or the remaining motions; None if interrupted."""
         value = next(iter(lever.values.values())) if len(lever.values) == 1 else math.nan
         remains, last = tuple[LastingMotion, ...](), 1.0
         for factor in _factors(border, lever.furthest, predicted):

@@ -1,4 +1,4 @@
-"""Runs at constant speed from many states, each until its motion has settled or is gone: what lists of motions are made of."""
+"""Runs at constant speed from many states until the motion has settled or diverged, for lists of motions."""
 
 import itertools
 import math
@@ -215,7 +215,7 @@ class _Course:
 
 
 def shown(group: Sequence[End]) -> End:
-    """The end that tells of the motion that some are."""
+    """The representative of several ends with the same motion."""
     if group[0].motion.kind == Kind.NO_CONTACT:  # the others still decay
         return min(group, key=lambda end: end.motion.facts.rotor_max)
     return group[0] if group[0].steady else group[-1]  # of a restless one that which began on it: the way there is none of it

@@ -157,7 +157,7 @@ def smallest_impulse(
 
 
 class _Tried:
-    """What impacts of all directions at a contact, of which this is the number, were found to start."""
+    """Results of impacts in all directions at a contact, given by its number."""
 
     def __init__(self, search: Search, directions: int, place: int) -> None:
         self._search, self._place = search, place
@@ -184,7 +184,7 @@ class _Tried:
             self._take(waiting, size * self.turns[waiting], np.full(len(waiting), size))
 
     def halve(self) -> None:
-        """Halve what lies between the smallest impulse that starts a whirl and the next smaller one."""
+        """Bisect between the smallest impulse that starts a whirl and the next smaller one."""
         between = np.flatnonzero(self.impulse > 0.0)  # NaN is not
         for _ in range(HALVINGS if between.size else 0):
             middle = 0.5 * (self.below + self.impulse)[between]

@@ -1,4 +1,4 @@
-"""What a reader must know of bodies that were reduced: how closely, for what, and how far each predicted whirl lies off."""
+"""Remarks on reduced bodies: error, range of validity, and shift of each predicted whirl in the full model."""
 
 from collections.abc import Iterable
 from math import tau as TWO_PI
@@ -65,7 +65,7 @@ def mode_remarks(scene: Scene, modes: Modes, shown: int) -> list[str]:
 
 
 def _mode_remark(name: str, own: list[Any], reduced: Any, speed: float) -> list[str]:
-    """The largest distance of an eigenvalue from the nearest of the full machine, its two parts told."""
+    """The largest distance of an eigenvalue from the nearest one of the full machine, in both parts."""
     if not own:
         return []
     sense = -1.0 if reduced.speeds[0] < 0.0 else 1.0  # of a scene that was mirrored, because its rotor turns backwards

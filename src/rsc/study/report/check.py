@@ -1,4 +1,4 @@
-"""The main job: simulate a scene, predict it, compare the two."""
+"""Simulate a scene, predict its whirls and compare both."""
 
 import os
 from collections.abc import Callable
@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.analysis.alone.limits import acceptance_of
-from rsc.analysis.lines.branches import Branch, branches
-from rsc.analysis.lines.forward_rub import mirror_share
-from rsc.analysis.lines.patience import Note, silent
-from rsc.analysis.lines.set_branches import set_branches
+from rsc.analysis.follow.branch import Branch
+from rsc.analysis.follow.branches import branches, set_branches
+from rsc.analysis.follow.forward_rub import mirror_share
+from rsc.analysis.follow.patience import Note, silent
 from rsc.analysis.paper.anisotropy import unbalance_ellipse
 from rsc.analysis.paper.predict import refuse_backwards
 from rsc.analysis.paper.receptance import coupled_frequencies, uncoupled_frequencies
@@ -178,7 +178,7 @@ def compared(
 
 
 def _of_predictions(system: System, whirl_branches: list[Branch]) -> list[str]:
-    """Remarks on what is predicted for a system."""
+    """Remarks on the predictions for a system."""
     whirls = [whirl for branch in whirl_branches for whirl in branch.whirls]
     if len(system.contacts) > 1:
         return body_remarks(system, whirls) + set_remarks(system)
@@ -263,7 +263,7 @@ def _refuse_too_short(result: Trajectory) -> None:
 
 
 def rolls_of(system: System, features: Features) -> Rolls:
-    """Rolls of a run, looked for where a window or its neighbour rolls; with the whole unbalance where such a motion is found."""
+    """Rolling whirls near windows that roll; with the full unbalance if such a motion is found."""
     values = np.full((5, len(features.speed)), np.nan)
     padded = np.pad(features.rolling > ROLLS_PARTLY, 1)
     rolling = padded[:-2] | padded[1:-1] | padded[2:]

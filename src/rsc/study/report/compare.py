@@ -1,11 +1,11 @@
-"""A measured run beside the predictions for a scene: `compare(scene, measured)`, the report of a run that no simulation made."""
+"""`compare(scene, measured)`: the report of a measured run with the predictions for a scene."""
 
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from rsc.analysis.lines.patience import Note, silent
+from rsc.analysis.follow.patience import Note, silent
 from rsc.arguments import FUNCTION, RUN, SCENE, takes
 from rsc.errors import DataError
 from rsc.measure.course import Course

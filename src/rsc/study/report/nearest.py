@@ -18,7 +18,7 @@ MOST_VALUES = 4  # that are told, the smallest changes first; friction is always
 
 @dataclass(frozen=True)
 class Brings:
-    """A value that would make a whirl stable at the measured frequency: name, unit, what the scene has, and what would do."""
+    """A change of one value that makes a whirl stable at the measured frequency: name, unit, present and needed value."""
 
     name: str
     unit: str
@@ -62,7 +62,7 @@ def with_brings(scene: Scene, root: Nearest) -> Nearest:
 
 
 def _brings(scene: Scene, speed: float, measured: float) -> tuple[Brings, ...]:
-    """Values each of which alone would do, changed by the factor 4 at most."""
+    """Values each of which alone suffices, changed by at most a factor of 4."""
     possible = []
     for name, value in physical_values(scene).items():
         factor = _factor(scene, (name, value), (speed, measured))

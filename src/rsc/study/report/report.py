@@ -1,4 +1,4 @@
-"""`Report`, a run beside its predictions: what tables, pictures and pages are made of."""
+"""`Report`: a run, its predictions and their comparison, for tables, plots and pages."""
 
 import os
 from collections.abc import Sequence
@@ -33,7 +33,7 @@ from rsc.system.border import Border, border_of
 from rsc.system.system import System
 
 if TYPE_CHECKING:
-    from rsc.analysis.lines.branches import Branch
+    from rsc.analysis.follow.branch import Branch
     from rsc.study.report.nearest import Nearest
 
 
@@ -109,7 +109,7 @@ class Report(Brief):
     nearest : tuple of study.nearest.Nearest, the roots next to a measured whirl
     sag : float m, static deflection of the rotor at the contact by its constant load; infinite where no spring holds it
     lead : str, of several contacts the name of the one at which all this is told that is of one; "" with one. There branches are
-        analysis.lines.set_branches.SetBranch, those of every pressed set
+        analysis.follow.branch.SetBranch, those of every pressed set
     contacts : dict, name -> measure.several.ContactCourse, what the windows are at each of several contacts
     """
 
@@ -145,7 +145,7 @@ class Report(Brief):
 
     @property
     def contact(self) -> Contact:
-        """The contact of the scene at which all is told that is of one."""
+        """The contact to which results of a single contact refer."""
         contacts = self.result.scene.contacts
         return next((contact for contact in contacts if contact.name == self.lead), contacts[0])
 
@@ -157,7 +157,7 @@ class Report(Brief):
 
     @property
     def verdict(self) -> Verdict | None:
-        """The first thing to read: what the run did, what an impact starts, how severe that is; None of a measured run."""
+        """Verdict: the motion of the run, the effect of an impact, and the severity; None for a measured run."""
         if self.stretches is None or self.border is None:
             return None
         each = at_contacts(self.result)

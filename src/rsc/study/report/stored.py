@@ -1,4 +1,4 @@
-"""The analysis of a run, kept in report.json beside its result: pictures and pages are drawn again without making it anew."""
+"""The analysis of a run, stored in report.json next to its result, so that plots and pages need no new analysis."""
 
 import json
 import os
@@ -41,7 +41,7 @@ COLUMNS = ("speed", "frequency", "amplitude", "normal_force", "growth_rate")
 
 @dataclass(frozen=True)
 class StoredEvent:
-    """The end of a branch or a place on it, as `rsc.analysis.lines.events.Event`."""
+    """The end of a branch or a place on it, as `rsc.analysis.follow.events.Event`."""
 
     cause: str
     value: float
@@ -62,7 +62,7 @@ class StoredWhirl:
 
 @dataclass(frozen=True)
 class StoredBranch:
-    """A `rsc.analysis.lines.branches.Branch` without its whirls; arrays (n,)."""
+    """A `rsc.analysis.follow.branch.Branch` without its whirls; arrays (n,)."""
 
     label: str
     speed: NDArray[np.float64]
@@ -221,7 +221,7 @@ def _branch(stored: dict[str, Any]) -> StoredBranch:
 
 
 def _record(kind: Any, stored: dict[str, Any], **more: Any) -> Any:
-    """A dataclass of texts, flags and numbers, but for what `more` gives; None stands for a number that is none."""
+    """A dataclass of texts, flags and numbers, except for fields in `more`; None encodes NaN or infinity."""
     readers: dict[Any, Callable[[Any], Any]] = {"str": _text, str: _text, "bool": _flag, bool: _flag, "int": _count, int: _count}
     values = {field.name: field for field in fields(kind) if field.name not in more}
     return kind(**{name: readers.get(field.type, _number)(stored[name]) for name, field in values.items()}, **more)

@@ -122,7 +122,7 @@ def simulate(
 
 
 def _compile(run: Run, note: Callable[[str], object]) -> None:
-    """Have the kernel compiled or loaded; what takes longer than loading is told, while it lasts and after."""
+    """Compile or load the kernel; a compilation is reported while it runs and afterwards."""
 
     def tell() -> None:
         with contextlib.suppress(Exception):  # in a thread of its own nobody would catch it
@@ -208,7 +208,7 @@ def _is_behind(run: Run, checkpoint: Mapping[str, np.ndarray]) -> bool:
 
 
 class _RunEnd(NamedTuple):
-    """How a run ended: its Summary, what interrupted it (numbers of signals, errors of the progress bar), a remark or ""."""
+    """The end of a run: its Summary, interruptions (signal numbers, errors of the progress bar), and a remark or ""."""
 
     summary: Summary
     stops: list[int | Exception]
@@ -234,7 +234,7 @@ def _handed_over(result: Trajectory, end: _RunEnd, note: Callable[[str], object]
 
 
 def tolerance_remark(largest: float, gap: float, rtol: float) -> str:
-    """One line if the tolerance, rtol times the gap, is coarse beside the largest displacement at the contact in m; else ""."""
+    """One line if the tolerance (rtol times the gap) is coarse compared with the largest displacement in m; else ""."""
     if largest == 0.0 or rtol * gap <= COARSE * largest:
         return ""
     return (
@@ -269,13 +269,13 @@ def _march(run: Run, sink: MemoryBlocks | ResultWriter, progress: bool, note: Ca
 
 
 class _Pace:
-    """Foresees after its first second how long a run will take, and tells once when that is long."""
+    """Estimates the duration of a run after its first second and reports it once if it is long."""
 
     def __init__(self, run: Run) -> None:
         self._run, self._first, self._began, self._told = run, run.time, time.monotonic(), False
 
     def remark(self) -> str:
-        """One line, or "" where there is nothing to tell."""
+        """One line, or ""."""
         elapsed, advanced = time.monotonic() - self._began, self._run.time - self._first
         if self._told or elapsed < 1.0:
             return ""

@@ -91,7 +91,7 @@ def _block(file: ResultFile, scene: Scene, index: int) -> tuple[int, int, tuple[
 
 
 def _whole(file: ResultFile, scene: Scene, summary: Summary, progress: bool) -> tuple[int, tuple[str, ...]]:
-    """(end of the rows that were run again, names that differ); no more steps are made than the summary tells."""
+    """(end of the repeated rows, names that differ); makes at most as many steps as the summary states."""
     run, row, ended = run_of(scene), 0, Status.INTERRUPTED
     numbers = {int(rows): i for i, rows in enumerate(file.checkpoint_rows())}
     if numbers and _differing(file.checkpoint_at(numbers.pop(0)), run.checkpoint()):
@@ -115,7 +115,7 @@ def _whole(file: ResultFile, scene: Scene, summary: Summary, progress: bool) -> 
 
 
 def _differing(stored: Mapping[str, np.ndarray], again: Mapping[str, np.ndarray]) -> tuple[str, ...]:
-    """Names of the arrays of which not every bit is the same."""
+    """Names of the arrays that are not bit-identical."""
     return tuple(name for name, values in stored.items() if name not in again or not _same(values, again[name]))
 
 
@@ -125,7 +125,7 @@ def _same(one: np.ndarray, other: np.ndarray) -> bool:
 
 
 def _differing_summary(stored: Summary, again: Summary) -> Iterator[str]:
-    """Names of what differs in two summaries; their words only where they are by the same version."""
+    """Names of the fields that differ in two summaries; texts are compared only for equal versions."""
     for field in fields(Summary):
         one, other = getattr(stored, field.name), getattr(again, field.name)
         if field.name == "ledger":

@@ -1,1 +1,1 @@
-"""Many runs and predictions: which cases (vary), what is computed of each (compute), by whom (engines), kept where (store)."""
+"""Parameter sweeps: cases (vary), computed quantities (compute), executors (engines), storage (store)."""

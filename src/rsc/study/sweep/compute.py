@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from rsc.analysis.lines.least_friction import mu_min
-from rsc.analysis.lines.one_whirl import delay
+from rsc.analysis.follow.least_friction import mu_min
+from rsc.analysis.follow.one_whirl import delay
 from rsc.analysis.paper.predict_many import predict_many
 from rsc.analysis.several.predict import predict
 from rsc.analysis.several.whirl import SeveralWhirl
@@ -111,7 +111,7 @@ def _rows(kind: str, scenes: list[Any]) -> list[tuple[Sequence[int], Rows]]:
 
 
 def _nothing(kind: str, status: str, error: Exception) -> Rows:
-    """The row of a case of which nothing is known but the reason."""
+    """The row of a case that has only a reason."""
     reason = str(error) if isinstance(error, RscError) else f"{type(error).__name__}: {one_line(error)}"
     if isinstance(error, SceneError):
         reason = reason.removeprefix(f"{error.file}: ")  # the values are those of the row

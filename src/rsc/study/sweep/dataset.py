@@ -1,4 +1,4 @@
-"""The labelled dataset of a sweep, from the rows of its parts; what is derived from several of them; its file."""
+"""The labelled dataset of a sweep from the rows of its parts, derived quantities, and its file."""
 
 import os
 from collections.abc import Iterable, Mapping

@@ -1,4 +1,4 @@
-"""Who computes the parts of a sweep: threads of this process, or anything with `submit`; what becomes of a lost part."""
+"""Executors of the parts of a sweep: threads of this process, or any object with `submit`; handling of lost parts."""
 
 import asyncio
 import concurrent.futures
@@ -110,7 +110,7 @@ def _landed(flight: "_Flight", alone: dict[Any, _CaseByCase]) -> Iterator[tuple[
 
 
 def without_rows(outcome: _Outcome, count: int) -> Rows:
-    """Rows of cases of which nothing came back: lost where their worker died, else missing."""
+    """Rows of cases without a result: "lost" if their worker died, otherwise "missing"."""
     status, reason = LOST if outcome.ran else MISSING, outcome.problem[:LONGEST_REASON]
     return empty(outcome.task.part.kind, count) | {"status": texts([status] * count), "reason": texts([reason] * count)}
 
@@ -126,7 +126,7 @@ class _Flight:
         return self._count
 
     def submit(self, task: _Task) -> None:
-        """Hand a task over; an executor that refuses it is told as its outcome."""
+        """Submit a task; a refusal by the executor becomes its outcome."""
         self._count += 1
         try:
             future = self._executor.submit(compute_part, task.part)

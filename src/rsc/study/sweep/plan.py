@@ -88,7 +88,7 @@ class labels(Sequence[Label]):
 
 
 def span(plan: Plan, label: Label) -> tuple[int, int]:
-    """Numbers of the first case of a part and of the one behind its last."""
+    """Range of the case numbers of a part: first, and last + 1."""
     kind, i = label
     size = plan.part_sizes[plan.kinds.index(kind)]
     return i * size, min((i + 1) * size, len(plan.cases))
@@ -101,7 +101,7 @@ def part_of(plan: Plan, label: Label) -> Part:
 
 
 def origin_of(part: Part) -> dict[str, str]:
-    """What the file of a part tells of its origin: it holds these cases, computed by these versions, and nothing else."""
+    """The origin stored in the file of a part: its cases and the versions that computed them."""
     content = repr((part.kind, part.scene, part.keys, part.values, part.versions))
     return {"kind": part.kind, "versions": part.versions, "cases": hashlib.sha256(content.encode()).hexdigest()}
 
@@ -144,7 +144,7 @@ def _hash_of(part: Part) -> bytes:
 
 
 def stored_plan(store: SweepStore) -> Plan:
-    """The plan of a store; DataError for one of which this version cannot compute anything."""
+    """The plan of a store; DataError if this version cannot compute it."""
     plan = store.plan()
     if not set(plan.kinds) <= set(KINDS) or len(set(plan.kinds)) < len(plan.kinds):
         raise DataError(store.folder, f"its plan asks for {one_line(','.join(plan.kinds))[:40]!r}")
@@ -152,7 +152,7 @@ def stored_plan(store: SweepStore) -> Plan:
 
 
 def held_labels(plan: Plan, store: SweepStore) -> list[Label]:
-    """The parts of a plan that a store holds, in the order of `labels`; what they hold is not looked at.
+    """The parts of a plan present in a store, in the order of `labels`; their content is not checked.
 
     Parts that are not there cost no time, however many they are.
     """
@@ -226,7 +226,7 @@ def _without(text: str, keys: Sequence[str], source: str = "<scene>") -> _Conten
 
 
 def missing(plan: Plan, store: SweepStore, note: Callable[[str], object]) -> list[Label]:
-    """The parts of a plan that a store does not hold, or holds damaged, which `note` is told."""
+    """The parts of a plan that are missing or damaged in a store; damaged ones are reported by `note`."""
     stored = set(store.parts())
     parts = ((label, part_of(plan, label)) for label in labels(plan))
     return [

@@ -1,4 +1,4 @@
-"""The rows of a sweep: what the quantities are, an array for each with a row for every case, and how rows are joined."""
+"""The rows of a sweep: its quantities, one array per quantity with a row per case, and how rows are joined."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -136,7 +136,7 @@ COLUMNS: dict[str, dict[str, Column]] = {
 
 
 def all_columns(kind: str) -> dict[str, Column]:
-    """The columns of what is computed, status first."""
+    """The columns of the computed quantities, status first."""
     return STATUS | COLUMNS[kind]
 
 

@@ -163,7 +163,7 @@ def scene_of_case(store: SweepStore, number: int) -> Scene:
 
 
 def collected(store: SweepStore, note: Note = lambda text: None) -> Labelled:
-    """The dataset of what a store holds of its plan; cases of parts that are not there have the status "missing".
+    """The dataset of a store; cases of missing parts have the status "missing".
 
     Raises DataError when there is none of them, or one that is damaged or not what its name says.
     """
@@ -194,7 +194,7 @@ class _MemoryRows:
 
 
 class _StoredRows:
-    """The rows of a sweep in its store; those of which an executor said nothing are in memory alone."""
+    """The rows of a sweep in its store; those without an answer of the executor are only in memory."""
 
     def __init__(self, plan: Plan, store: SweepStore, note: Note) -> None:
         write_plan(store, plan, note)

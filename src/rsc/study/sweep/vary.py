@@ -115,7 +115,7 @@ def _distribution(text: Any) -> bool:
 
 
 def _axis(scene: Scene, name: str, values: Any, dim: str) -> Axis:
-    """The axis of a list, a range or a text that tells one; every value is one that a scene may have."""
+    """The axis of a list, a range or its text; every value must be allowed in a scene."""
     value = value_of(scene, name)
     raw = _from_text(scene, value, values) if isinstance(values, str) else _listed(scene, name, values)
     read = tuple(value.read(item, scene.source) for item in raw)
@@ -135,7 +135,7 @@ def _listed(scene: Scene, name: str, values: Any) -> list[Any]:
 
 
 def _from_text(scene: Scene, value: Value, text: str) -> Sequence[Any]:
-    """The values that a text tells: a range, a logarithmic range, or a list."""
+    """The values of a text: a range, a logarithmic range, or a list."""
     parts = [part.strip() for part in text.split(":")]
     logarithmic = parts[0] == "log"
     ends = parts[1:] if logarithmic else parts
@@ -185,7 +185,7 @@ def _number_or_word(text: str) -> float | bool | str:
 
 
 def _samples(scene: Scene, scattered: Mapping[str, str], count: int, sobol: bool, seed: int) -> list[Axis]:
-    """Axes along "sample" of scattered values; a sample may lie outside what a scene may have."""
+    """Axes along "sample" of random values; a sample may be outside the range allowed in a scene."""
     if sobol:
         with warnings.catch_warnings():  # any number of samples is welcome, not only powers of two
             warnings.simplefilter("ignore", UserWarning)
