@@ -104,9 +104,9 @@ PATCHES = {
     "weights and coefficients as constants of the code": [("stored", "builder.load(place)", "place.initializer")],
     "division by the scale after the errors": [
         (
-            "error_square",
+            "weighed_square",
             "vec.pair_sums(e_x * e_x, e_v * e_v) * weight",
-            f"vec.pair_sums(e_x * e_x, e_v * e_v) / ({RTOL} / {RTOL} / weight)",
+            "vec.pair_sums(e_x * e_x, e_v * e_v) / (vec.spread(1.0, weight) / weight)",
         ),
     ],
     "no energy ledger": [

@@ -19,7 +19,7 @@ from PIL import Image
 import rsc
 from problems import DATA, RESULTS
 from rsc.analysis.balance.balance import HARMONICS, balance
-from rsc.analysis.lines.branches import branches
+from rsc.analysis.follow.branches import branches
 from rsc.analysis.paper.synchronous import synchronous_resonance
 from rsc.analysis.survey.survey import survey
 from rsc.measure.words import FREQUENCY, TOLERANCES

@@ -37,7 +37,7 @@ def _jumps(ax, rows):
     ax.axhline(rows[0]["crossing_hz"], color="black", linewidth=1.0)
     words = f"stability lost, {rows[0]['crossing_hz']:.1f} Hz"
     ax.text(0.98, rows[0]["crossing_hz"] + 0.6, words, ha="right", va="bottom", fontsize=9, transform=ax.get_yaxis_transform())
-    ax.plot([], [], color="0.4", linestyle="--", label="predicted (rsc.analysis.lines.delayed_jump)")
+    ax.plot([], [], color="0.4", linestyle="--", label="predicted (rsc.analysis.follow.delayed_jump)")
     ax.set(ylabel="jump speed in Hz", title="Delayed jump of a run-up, 20 to 150 Hz")
     ax.set_ylim(bottom=48.0)
     ax.legend(fontsize=8.5, ncols=2, loc="lower left")

@@ -8,7 +8,7 @@ from test_kernel import SIZES, chain
 
 import rsc
 from rsc.analysis.algebra.eigenvalues import eigenvalues
-from rsc.analysis.lines.branches import branches
+from rsc.analysis.follow.branches import branches
 from rsc.analysis.paper import whirls as analytic
 from rsc.measure import spectra
 from rsc.system.assemble import assemble

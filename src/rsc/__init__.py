@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rsc.analysis.alone.limits import limits
     from rsc.analysis.alone.modes import Campbell, Mode, Modes, modes
-    from rsc.analysis.lines.force_ratio import ForceRatio, force_ratios
-    from rsc.analysis.lines.one_whirl import crossing, delay, fold
+    from rsc.analysis.follow.force_ratio import ForceRatio, force_ratios
+    from rsc.analysis.follow.one_whirl import crossing, delay, fold
     from rsc.analysis.paper.predict import Whirl, Whirls
     from rsc.analysis.paper.predict_many import WhirlArrays, predict_many
     from rsc.analysis.several.predict import predict
@@ -86,8 +86,8 @@ __all__ = [
 _HOMES = {
     "rsc.analysis.alone.limits": ("limits",),
     "rsc.analysis.alone.modes": ("Campbell", "Mode", "Modes", "modes"),
-    "rsc.analysis.lines.force_ratio": ("ForceRatio", "force_ratios"),
-    "rsc.analysis.lines.one_whirl": ("crossing", "delay", "fold"),
+    "rsc.analysis.follow.force_ratio": ("ForceRatio", "force_ratios"),
+    "rsc.analysis.follow.one_whirl": ("crossing", "delay", "fold"),
     "rsc.analysis.paper.predict": ("Whirl", "Whirls"),
     "rsc.analysis.paper.predict_many": ("WhirlArrays", "predict_many"),
     "rsc.analysis.several.predict": ("predict",),

@@ -8,7 +8,7 @@ import pytest
 import rsc
 from ross_rotors import DATA, RUB
 from rsc.analysis.balance.elliptic_whirl import elliptic_whirl
-from rsc.analysis.lines.forward_rub import attractors, rub_ranges
+from rsc.analysis.follow.forward_rub import attractors, rub_ranges
 from rsc.analysis.paper.anisotropy import rub_mirror_share
 from rsc.analysis.paper.synchronous import forward_rub
 from rsc.analysis.survey.remarks import rub_remarks

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.lines.least_friction import least_frictions
+from rsc.analysis.follow.least_friction import least_frictions
 
 # mass kg, stiffness N/m, damping N s/m, friction, stiffness of the stator N/m, gap m
 ROTORS = [(1.0, 1e5, 20.0, 0.2, 4e5, 1e-3), (30.0, 2e6, 3e3, 0.3, 1e7, 2e-4), (0.5, 4e4, 5.0, 0.15, 2e5, 5e-4)]

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 import rsc
 from rsc import cli
-from rsc.analysis.lines.branches import Branch
-from rsc.analysis.lines.events import Event
+from rsc.analysis.follow.branch import Branch
+from rsc.analysis.follow.events import Event
 from rsc.measure import envelopes, spectra
 from rsc.measure.changes import Transition
 from rsc.measure.verdict import Row

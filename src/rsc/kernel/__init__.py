@@ -13,6 +13,6 @@ friction forward, creeping, backward); a step does not cross from one into the n
 
 Files: simd/ the decorators (jit.py), packed vectors (vec.py) and how they lie in registers (registers.py); model.py the data,
 clock.py and turn.py time and rotation, contact.py the force law, rhs.py the accelerations, tableau.py the methods, step.py one
-step, dense.py the motion inside it, control.py its length, switches.py where it must end, tally.py what is added up, march.py
-many of them with statuses.
+step, dense.py the motion inside it, control.py its length, switches.py where it must end, tally.py what is added up,
+flight.py exact motion between contacts, march.py many steps with statuses.
 """

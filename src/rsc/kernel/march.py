@@ -7,16 +7,18 @@ that the next step depends on. While marching all of it is in local values (`Tal
 
 from typing import NamedTuple
 
-from rsc.kernel.clock import at_start, clock_in, corners_of, passed_knot, planned, segment_of, settled, turn_of
-from rsc.kernel.contact import CLOSING, OPENING, classify, law_of, stays
+from rsc.kernel.clock import Segment, at_start, clock_in, corners_of, passed_knot, planned, segment_of, settled, turn_of
+from rsc.kernel.contact import CLOSING, OPEN, OPENING, classify, law_of, stays
 from rsc.kernel.control import factor, kept_between
 from rsc.kernel.drive import stands, until_knot
 from rsc.kernel.facts import add_steps, mark_all, stretches_of
+from rsc.kernel.flight import TAKE_OFF, Records, after_step, fly, is_ready, laws_of, next_time
 from rsc.kernel.model import (
     BUFFER_FULL,
     COUNT_OF_CONTACT,
     DIVERGED,
     FINISHED,
+    FLIGHT,
     N_COUNT,
     NON_FINITE,
     NORMAL,
@@ -33,7 +35,7 @@ from rsc.kernel.model import (
     H,
     constants,
 )
-from rsc.kernel.questions import is_none, is_one
+from rsc.kernel.questions import flies, is_none, is_one
 from rsc.kernel.rhs import accelerations, contact_kinematics, field_itself, no_powers, rows_times
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import aligned_stack, room_for_addresses
@@ -96,6 +98,7 @@ class Progress(NamedTuple):
     i_segment: int
     sample: int  # the next one
     finite: bool  # whether the last attempt was
+    flight: object  # Work.real[FLIGHT], () of a scene that does not fly
 
 
 @static
@@ -125,12 +128,6 @@ def contacts_of(con, states):
     elif _anywhere(each, CLOSING):
         stable = con.stable_closing
     return Contacts(each, NEAR * stable)
-
-
-@static
-def laws_of(each):
-    """The laws of all contacts."""
-    return () if is_none(each) else (each[0].law,) + laws_of(each[1:])
 
 
 @static
@@ -330,25 +327,72 @@ def _put_away(work, start, contacts, h):
     _store_states(contacts.each, work.count, NORMAL)
 
 
+@static
+def _flight_in(con, work):
+    """See `Progress.flight`."""
+    return work.real[FLIGHT] if flies(con) else ()
+
+
+@static
+def _put_flight_away(work, flight):
+    if is_none(flight):
+        return
+    work.real[FLIGHT] = flight
+
+
+@static
+def _all_open(each):
+    """Whether no contact is touched."""
+    return True if is_none(each) else each[0].normal == OPEN and _all_open(each[1:])
+
+
+@static
+def _stage(con, segment, contacts, flight, clock):
+    """The part of a segment that the next step may reach: where a scene flies and nothing touches it ends where a flight may
+    begin."""
+    if not flies(con):
+        return segment
+    end = segment.end
+    if _all_open(contacts.each):
+        end = min(end, next_time(con, flight, clock))
+    return Segment(segment.begin, end, segment.speed, segment.speed_rate, segment.following, segment.torque)
+
+
+@static
+def _is_corner(con, stage, segment):
+    """Whether the end of a `_stage` is a corner of the schedule."""
+    return stage.end == segment.end if flies(con) else True
+
+
+@static
+def _or_fly(con, code, flight, contacts, clock):
+    """Reason not to attempt a step from here: `code`, or that a flight may begin."""
+    if not flies(con):
+        return code
+    return TAKE_OFF if code < 0 and _all_open(contacts.each) and is_ready(con, flight, clock) else code
+
+
 @inlined
 def walk(con, corners, where, stretch, progress, method, budget):
     """Attempt at most `budget` steps, and as many more as the search of a switch takes.
 
     where = the SampleRows, stretch = the Stretch. Returns (code, calls made by steps, Progress).
     """
-    start, contacts, h, tally, segment, i_segment, sample, finite = progress
+    start, contacts, h, tally, segment, i_segment, sample, finite, flight = progress
     sample_time, end = sample / con.sample_rate, vec.number_at(corners.time, corners.count - 1)
     h_next, h_search, tries, spent = h, 0.0, 0, 0
     while True:
-        left = (segment.end - start.clock.hi) - start.clock.lo
+        stage = _stage(con, segment, contacts, flight, start.clock)
+        left = (stage.end - start.clock.hi) - start.clock.lo
         h_try = h_search if h_search > 0.0 else min(h, left)
         if not h_search > 0.0:
             rows_left = where.rows - (sample - where.first) - h_try * con.sample_rate - 2.0
             code = _stop_before(start, h, finite, (con.max_steps - tally.steps, budget - spent, rows_left))
+            code = _or_fly(con, code, flight, contacts, start.clock)
             if code >= 0:
                 break
         spent += 1
-        new, step = _try_step(con, laws_of(contacts.each), segment, start, tally.work, h_try, method)
+        new, step = _try_step(con, laws_of(contacts.each), stage, start, tally.work, h_try, method)
         error2 = error_square(con, step, h_try, method)
         finite = error2 < 1e300
         if not error2 <= 1.0:  # a NaN is rejected as well
@@ -370,22 +414,44 @@ def walk(con, corners, where, stretch, progress, method, budget):
         before = tally.work.friction
         tally = book(con, tally, step.work, contacts, (start.kins, new.kins), h_try)
         add_steps(con.contacts, stretch, tally, contacts.each, start, new, before, h_try)
-        start, h = new, h_next
-        if h_try >= left:
+        start, h, flight = new, h_next, after_step(flight)
+        corner = h_try >= left and _is_corner(con, stage, segment)
+        if corner:
             if i_segment == corners.count - 2:
                 code = FINISHED
                 break
             i_segment += 1
             segment = segment_of(corners, i_segment)
         # beyond a switch, a corner or a knot the field is another: the slope at the step's end cannot begin the next
-        if h_try >= left or not inside or passed_knot(con, path.clock, new.clock):
+        if corner or not inside or passed_knot(con, path.clock, new.clock):
             left_states = contacts.each
             start, contacts = enter(con, segment, start)
             tally = count_switch(tally, inside, left_states, contacts.each)
         tally, code = _judge(con, tally, contacts, start, end)
         if code >= 0:
             break
-    return code, len(method) * spent, Progress(start, contacts, h, tally, segment, i_segment, sample, finite)
+    return code, len(method) * spent, Progress(start, contacts, h, tally, segment, i_segment, sample, finite, flight)
+
+
+@static
+def _travel(con, corners, where, stretch, progress, method, budget):
+    """`walk`, and blocks of flight between."""
+    if not flies(con):
+        return walk(con, corners, where, stretch, progress, method, budget)
+    calls = 0
+    while True:
+        code, more, progress = walk(con, corners, where, stretch, progress, method, budget)
+        calls, budget = calls + more, budget - more // len(method)
+        if code != TAKE_OFF:
+            break
+        start, contacts, h, tally, segment, i_segment, sample, finite, flight = progress
+        landing = fly(con, segment, Records(where, stretch, contacts.each), start, tally, sample, flight, budget)
+        calls, budget, code = calls + landing.calls, budget - landing.spent, landing.code
+        start = state_at(con, laws_of(contacts.each), segment, landing.x, landing.v, landing.clock)
+        progress = Progress(start, contacts, h, landing.tally, segment, i_segment, landing.sample, finite, landing.flight)
+        if code >= 0:
+            break
+    return code, calls, progress
 
 
 @entry
@@ -403,13 +469,14 @@ def march(model, work, out, rows, width, method, budget):
     i_segment, first = work.count[SEGMENT], work.count[SAMPLES]
     corners = corners_of(model)
     tally, segment = load_tally(con, work, width), segment_of(corners, i_segment)
-    progress = Progress(start, contacts, work.real[H], tally, segment, i_segment, first, True)
+    progress = Progress(start, contacts, work.real[H], tally, segment, i_segment, first, True, _flight_in(con, work))
     motion = out.shape[1] - 3 * len(con.contacts)
     where = SampleRows(vec.address(out), out.shape[1], motion - len(width), motion, first, out.shape[0])
     stretch = stretches_of(model, work, rows)
-    code, calls, progress = walk(con, corners, where, stretch, progress, method, budget)
+    code, calls, progress = _travel(con, corners, where, stretch, progress, method, budget)
     mark_all(stretch, progress.tally, progress.start)
     _put_away(work, progress.start, progress.contacts, progress.h)
+    _put_flight_away(work, progress.flight)
     store_tally(work, progress.tally, calls)
     work.count[SAMPLES], work.count[SEGMENT] = progress.sample, progress.i_segment
     return code, progress.sample - first

@@ -12,7 +12,7 @@ from rsc.kernel.drive import drive_of
 from rsc.kernel.questions import is_array, is_none
 from rsc.kernel.race import race_of
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.jit import inlined
+from rsc.kernel.simd.jit import anywhere, inlined
 from rsc.kernel.simd.static import question, static
 
 
@@ -27,6 +27,30 @@ class ContactData(NamedTuple):
     gap: float  # m
     surfaces: Surfaces
     race: tuple  # `race.RaceData`, () of a stator that does not turn
+
+
+NODES = 5  # of a block of flight, evenly over it, at which the forces are known
+# rows of weights: for a number of the motion, for its state (x, v), and for what a block has before its units
+ROWS_OF_NUMBER = 2 + NODES
+ROWS_OF_STATE, ROWS_OF_NODES = 2 * ROWS_OF_NUMBER, 2 * ROWS_OF_NUMBER * (NODES - 1) + ROWS_OF_NUMBER * NODES
+
+
+class FlightData(NamedTuple):
+    """What a Model needs to fly, see `rsc.kernel.flight`; made by `rsc.simulation.flight`."""
+
+    weights: np.ndarray  # (rows_before(count, shortest), 2n) see `rsc.simulation.flight`
+    hidden: np.ndarray  # (contacts, 2, 2n) of the squares of x and v: square of what a mode may hide between two units, m^2
+    clear: np.ndarray  # (contacts,) m, |d| up to which nothing touches
+    unit_rate: float  # units per s: a power of two times the sample rate
+    per_sample: int  # units in a sample
+    shortest: int  # units of the shortest block; the others have 2, 4, ... times as many
+    count: int  # of lengths
+
+
+@anywhere
+def rows_before(length, shortest):
+    """Rows of weights before those of a length: of each come those of the nodes, of the work at them, and of every unit."""
+    return ROWS_OF_NODES * length + ROWS_OF_STATE * shortest * ((1 << length) - 1)
 
 
 class Model(NamedTuple):
@@ -52,6 +76,7 @@ class Model(NamedTuple):
     following_damping: np.ndarray
     contacts: tuple  # a `ContactData` each: how many there are is a type
     drive: tuple  # `drive.DriveData` of an integrated speed; then no unbalance above, and a last pair of numbers more
+    flight: tuple  # `FlightData`, () of a scene that does not fly
     watched_rows: np.ndarray  # (k, 2n) a row a clearance, as `contact_row`
     watched_gaps: np.ndarray  # (k,) m
     corner_time: np.ndarray  # (k,) s, corners of the speed schedule
@@ -86,10 +111,11 @@ class Work(NamedTuple):
 MODEL_VECTORS, CONTACT_VECTORS, WORK_VECTORS = Model._fields[:7], ContactData._fields[:3], Work._fields[:4]
 
 
-# indices into Work.real
+# indices into Work.real; FLIGHT: see `flight.READY`
 (
-    T_HI, T_LO, PHASE, H, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, E_ROTATING, E_FOLLOWING, E_TORQUE, E_BRAKED, N_REAL,
-) = range(13)  # fmt: skip
+    T_HI, T_LO, PHASE, H, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, E_ROTATING, E_FOLLOWING, E_TORQUE, E_BRAKED, FLIGHT,
+    N_REAL,
+) = range(14)  # fmt: skip
 # indices into Work.count; LIMITED: steps near the limit of stability in this window, STIFF: 1 + normal state where it was found
 NORMAL, FRICTION, SAMPLES, SEGMENT, RHS_CALLS, STEPS, REJECTED, SWITCHES, ONSETS, RELEASES, LIMITED, STIFF, N_COUNT = range(13)
 
@@ -171,6 +197,28 @@ class Constants(NamedTuple):
     rotating: tuple  # address of the rotating damping, () without
     following: tuple  # see `following_of`, () without coefficients that follow the speed
     drive: tuple  # `drive.Drive`, () of a prescribed speed
+    flight: tuple  # `Flight`, () of a scene that does not fly
+
+
+class Flight(NamedTuple):
+    """`FlightData` as addresses and numbers."""
+
+    weights: int
+    hidden: int
+    clear: int
+    unit_rate: float
+    per_sample: int
+    shortest: int
+    count: int
+
+
+@static
+def _flight_of(data):
+    """The Flight of FlightData, () without."""
+    if is_none(data):
+        return ()
+    weights, hidden, clear = vec.address(data.weights), vec.address(data.hidden), vec.address(data.clear)
+    return Flight(weights, hidden, clear, data.unit_rate, data.per_sample, data.shortest, data.count)
 
 
 @static
@@ -274,4 +322,5 @@ def constants(model, width):
         rotating=_where_there_is(model.rotating_columns),
         following=following_of(model.following_stiffness, model.following_damping, model.corner_interval),
         drive=drive,
+        flight=_flight_of(model.flight),
     )

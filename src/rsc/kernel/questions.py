@@ -38,6 +38,12 @@ def is_driven(con):
 
 
 @question
+def flies(con):
+    """Whether Constants have what flight needs."""
+    return not is_none(type_of(con, "flight"))
+
+
+@question
 def is_coupled(con):
     """Whether Constants have full matrices of damping or gyroscopics."""
     return not is_none(type_of(con, "columns"))

@@ -197,7 +197,7 @@ def _parts_coupled(con, field, motion, turn, pushes):
     """With full matrices: (accelerations, force imposed, damping force, `Turned`, what following springs feed), times
     field.time."""
     x, v, _ = motion
-    imposed, following = _sprung(con, field, x, field.time * _imposed(con, turn), turn)
+    imposed, following = _sprung(con, field, x, field.time * imposed_at(con, turn), turn)
     a, damping = _damped(con, field, v, turn, _linear(field, x, imposed, v), field.damping * v)
     if con.columns[1] != 0:
         a = vec.fma(field.time * turn.omega, vec.times_i(vec.times_columns(con.columns[1], v)), a)
@@ -255,12 +255,26 @@ def _accelerated(con, field, motion, turn, pushes, weight, work):
 
 
 @inlined
-def _imposed(con, turn):
+def imposed_at(con, turn):
     """Unbalance with its run-up term, and the constant load, per unit mass."""
     f = _unbalance_and_load(con, turn)
     if con.has_euler:
         f = vec.fma(turn.omega_dot * turn.sin, con.euler, vec.fma(-turn.omega_dot * turn.cos, con.i_euler, f))
     return f
+
+
+@static
+def forces_beside(con, field, x, v, turn, imposed):
+    """(all that acts but the coordinates' own springs and dampers, what of it is no damper, what is booked as put in), per mass,
+    where `imposed_at` is known."""
+    if not is_coupled(con):
+        return imposed, imposed, imposed
+    put_in, _ = _sprung(con, field, x, imposed, turn)
+    held = put_in
+    if con.columns[1] != 0:
+        held = vec.fma(turn.omega, vec.times_i(vec.times_columns(con.columns[1], v)), held)
+    force, _ = _damped(con, field, v, turn, held, held)
+    return force, held, put_in
 
 
 @static

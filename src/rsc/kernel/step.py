@@ -326,8 +326,20 @@ def error_square(con, step, h, method):
     number of a pair is of the displacement then, the second of the velocity.
     """
     # before the errors: a division takes as long as several stages' products, and waits for nothing that the step makes
-    weight = vec.spread(con.per_rtol2, step.x0) / (con.scale + vec.pair_sums(step.x0 * step.x0, step.v0 * step.v0))
+    weight = error_weight(con, step.x0, step.v0)
     e_x, e_v = _errors(method, h, step.slopes)
+    return weighed_square(e_x, e_v, weight)
+
+
+@inlined
+def error_weight(con, x, v):
+    """What squares of errors are multiplied with, see `error_square`."""
+    return vec.spread(con.per_rtol2, x) / (con.scale + vec.pair_sums(x * x, v * v))
+
+
+@inlined
+def weighed_square(e_x, e_v, weight):
+    """The largest square of errors of x and v, weighed."""
     worst = vec.pair_sums(e_x * e_x, e_v * e_v) * weight
     return vec.largest(vec.larger(worst, vec.swap(worst)))
 

@@ -181,6 +181,16 @@ def book(con, tally, work, contacts, kins, h):
 
 
 @inlined
+def book_flight(tally, damping, drive):
+    """The sums after a block of flight, in which the dampers took and the drive gave these; stability does not hold it, so that a
+    look for stiffness begins anew."""
+    t, w = tally, tally.work
+    damping, drive = w.damping + damping, w.drive + drive
+    sums = Powers(damping, drive, w.contact, w.friction, w.ring, w.rotating, w.following, w.spin)
+    return Tally(sums, t.contact_times, t.steps + 1, t.rejected, t.switches, t.onsets, t.releases, 0, t.stiff)
+
+
+@inlined
 def end_window(tally, stiff):
     """The sums after a look for stiffness."""
     t = tally
@@ -241,13 +251,25 @@ def _save_forces(contacts, laws, base, at, state, turn):
 
 
 @static
-def _turn_for_all(contacts, clock, tau, state):
+def turn_for_all(contacts, clock, tau, state):
     """Rotation a time tau later as far as any contact needs it, the one with a ring most."""
     if is_one(contacts):
         return contact_turn(contacts[0], clock, tau, state)
     if contacts[0].has_ring:
         return contact_turn(contacts[0], clock, tau, state)
-    return _turn_for_all(contacts[1:], clock, tau, state)
+    return turn_for_all(contacts[1:], clock, tau, state)
+
+
+@inlined
+def save_sample(con, laws, where, sample, clock, state, turn):
+    """Write a state (x, v) as sample number `sample` into an SampleRows; clock: at the begin of its step."""
+    row = (sample - where.first) * where.columns
+    vec.store_at(where.base, row, state[0])
+    mark_turns(con, where.base, row, clock.phase, state[0], state[1])
+    mark_races(con.contacts, where.base, row, state[1])
+    if where.velocities > 0:
+        vec.store_at(where.base, row + where.velocities, state[1])
+    _save_forces(con.contacts, laws, where.base, row + where.forces, state, turn)
 
 
 @inlined
@@ -259,14 +281,8 @@ def save_samples(con, laws, where, sample, path, end, method):
     while (time - end.hi) - end.lo <= 0.0:
         theta = min(max(((time - start.hi) - start.lo) / h, 0.0), 1.0)
         x, v = interpolate(dense, theta)
-        row = (sample - where.first) * where.columns
-        vec.store_at(where.base, row, x)
-        mark_turns(con, where.base, row, path.clock.phase, x, v)
-        mark_races(con.contacts, where.base, row, v)
-        if where.velocities > 0:
-            vec.store_at(where.base, row + where.velocities, v)
-        turn = _turn_for_all(con.contacts, start, theta * h, (x, v))
-        _save_forces(con.contacts, laws, where.base, row + where.forces, (x, v), turn)
+        turn = turn_for_all(con.contacts, start, theta * h, (x, v))
+        save_sample(con, laws, where, sample, start, (x, v), turn)
         sample += 1
         time = sample / con.sample_rate
     return sample

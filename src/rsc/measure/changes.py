@@ -57,9 +57,9 @@ def transitions(
     Parameters
     ----------
     features : Features
-    branches : list of rsc.analysis.lines.branches.Branch
+    branches : list of rsc.analysis.follow.branch.Branch
     delays : dict
-        Label -> rsc.analysis.lines.delayed_jump.Delay of the branches that the run is predicted to leave late.
+        Label -> rsc.analysis.follow.delayed_jump.Delay of the branches that the run is predicted to leave late.
     best : Best, optional
     """
     labels = [_labels(features, branches, i) for i in range(len(features.speed))]

@@ -120,7 +120,7 @@ def compare(
     Parameters
     ----------
     features : Features
-    branches : list of rsc.analysis.lines.branches.Branch
+    branches : list of rsc.analysis.follow.branch.Branch
     steady : Steady
     rolls : Rolls, optional
     best : Best, optional

@@ -21,7 +21,7 @@ LEAST_PERIODS = 3.0
 
 
 class BranchLike(Protocol):
-    """The parts of a `rsc.analysis.lines.branches.Branch` that a run is compared with; its whirls as in `rsc.Whirl`."""
+    """The parts of a `rsc.analysis.follow.branch.Branch` that a run is compared with; its whirls as in `rsc.Whirl`."""
 
     @property
     def label(self) -> str: ...

@@ -10,6 +10,7 @@ from rsc.errors import SolverError
 from rsc.kernel import facts
 from rsc.kernel import model as kernel
 from rsc.kernel.contact import BACKWARD, CLIPPED, FORWARD
+from rsc.kernel.flight import DOUBTFUL
 from rsc.simulation.pack import first_step
 
 LARGEST_COUNT = 2**62
@@ -64,8 +65,8 @@ def _problem(work, checkpoint, scene, packed):
         return "it has made more steps than it may"
     least, states = (normal.min(), friction.min()), (normal.max(), friction.max(), count[kernel.STIFF])
     inside = least[0] >= -1 and states[0] <= CLIPPED and least[1] >= BACKWARD and states[1] <= FORWARD
-    if not (inside and states[2] <= 1 + CLIPPED):
-        return "its contact is in no state that there is"
+    if not (inside and states[2] <= 1 + CLIPPED and _flight_is_possible(real[kernel.FLIGHT], packed.model.flight)):
+        return "its contact or flight is in no state that there is"
     if count[kernel.SAMPLES] != checkpoint["rows"][0]:
         return "its samples are not those of the file"
     stretches = work.stretch.reshape(len(packed.model.contacts), -1)
@@ -79,6 +80,11 @@ def _problem(work, checkpoint, scene, packed):
         if not 0.0 < real[kernel.H] <= max(packed.model.h_max, first_step(packed)):
             return f"its next step is {real[kernel.H]:.3g} s"
     return ""
+
+
+def _flight_is_possible(state, flight):
+    """Whether a flight can be where Work.real says; the kernel takes it for a place among the weights."""
+    return state in range(int(DOUBTFUL), flight.count + 1) if flight else state == 0.0
 
 
 def _sliding_is_possible(state):

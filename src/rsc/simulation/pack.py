@@ -20,9 +20,11 @@ from rsc.kernel import springs
 from rsc.kernel.contact import Surfaces
 from rsc.kernel.tableau import METHODS, table_of
 from rsc.simulation.driven import with_drive
+from rsc.simulation.flight import with_flight
 from rsc.simulation.following import additions, corners, lines_between, reference
 from rsc.simulation.lines import longer, on_lines
 from rsc.simulation.races import with_races
+from rsc.simulation.shapes import times
 from rsc.simulation.sliding import signed
 from rsc.simulation.stiffness import fastest, resolved_angle
 from rsc.simulation.stretches import stretch_length
@@ -61,11 +63,19 @@ class Packed:
     rotor: RealModes
     stator: RealModes
     method: tuple  # tells the kernel the method
+    grounded: str = ""  # why a scene that would gain by flight does not fly
 
     @property
     def width(self):
         """Tuple that tells the kernel the width of its vectors."""
         return (0.0,) * self.model.stiffness.shape[0]
+
+    @property
+    def longest_step(self):
+        """Length in s of the longest step or block of flight."""
+        flight = self.model.flight
+        block = flight.shortest * 2 ** (flight.count - 1) / flight.unit_rate if flight else 0.0
+        return max(self.model.h_max, block)
 
     @property
     def n_numbers(self):
@@ -89,7 +99,7 @@ class Packed:
         single mode in the same memory; of rates of the coordinates velocities, m/s."""
         pairs = x.view(np.complex128)
         n, m = self.rotor.shape.shape[0], self.stator.shape.shape[0]
-        return _times(self.rotor.shape, pairs[:, :n]), _times(self.stator.shape, pairs[:, n : n + m])
+        return times(self.rotor.shape, pairs[:, :n]), times(self.stator.shape, pairs[:, n : n + m])
 
     def modal(self, rotor, stator):
         """Complex displacements (or velocities) of rotor (N,) and stator (M,) -> kernel coordinates (2n,)."""
@@ -127,9 +137,10 @@ def pack_all(systems, scenes):
 
 
 def _extended(packed, system, fill):
-    """Packed with what turns behind the coordinates of the bodies: races, then, behind what a class fills up, the drive."""
-    model = with_races(packed.model, system)
-    return replace(packed, model=with_drive(model, system, fill))
+    """Packed with what turns behind the coordinates of the bodies, races, then, behind what a class fills up, the drive; and with
+    the weights of flight of all of them."""
+    model, grounded = with_flight(with_drive(with_races(packed.model, system), system, fill))
+    return replace(packed, model=model, grounded=grounded)
 
 
 def _packed(full, solver, sample_rate):
@@ -169,6 +180,7 @@ def _packed(full, solver, sample_rate):
         **_directed_columns(full, system, columns, rotor, stator) if by_component else _same_all_round(columns),
         contacts=contacts,
         drive=(),
+        flight=(),
         watched_rows=_watched_rows(system, rotor, stator),
         watched_gaps=np.array([clearance.gap for clearance in system.clearances]) if system.clearances else (),
         **_corners(full),
@@ -252,18 +264,6 @@ def _limited(packed):
 def method_of(solver):
     """The method of solver settings; "auto" is the fastest at errors of 1e-6 gaps and less, or near it, as it is above."""
     return "taylor8" if solver.method == "auto" else solver.method
-
-
-def _times(shape, rows):
-    """shape @ row for every row, summed in one order: a matrix product's bits would depend on how many rows there are."""
-    if not shape.size:
-        return np.zeros((rows.shape[0], shape.shape[0]), dtype=complex)
-    if len(shape) == 1 and shape[0, 0] == 1.0:  # normalised to its coordinate
-        return rows
-    result = rows[:, :1] * shape[:, 0]
-    for j in range(1, shape.shape[1]):
-        result += rows[:, j : j + 1] * shape[:, j]
-    return result
 
 
 def _rtol(system, omega, rtol, omega_contact):

@@ -137,7 +137,7 @@ class Run:
     @property
     def buffer_bytes(self):
         """Bytes of the samples that one chunk may hold: the buffer grows until it holds those of the longest step."""
-        rows, most = self._buffer_rows(), self.packed.model.h_max * self.scene.output.rate + 2.0
+        rows, most = self._buffer_rows(), self.packed.longest_step * self.scene.output.rate + 2.0
         while rows < min(most, self._most_rows()):
             rows = self._grown(rows)
         return 8 * rows * (self.row_size + self._forces)
@@ -155,8 +155,9 @@ class Run:
 
     @property
     def least_steps(self):
-        """Steps that the run takes at least: none is longer than a quarter of a turn or of the rotor's own period."""
-        return self.scene.drive.duration / self.packed.model.h_max
+        """Steps that the run takes at least: none is longer than a quarter of a turn or of the rotor's own period,
+        but for blocks of flight."""
+        return self.scene.drive.duration / self.packed.longest_step
 
     @property
     def chunk_time(self):
@@ -334,7 +335,8 @@ class Run:
         """One sentence on what stopped a run and what to change."""
         limit = self._limit()
         if status == Status.FINISHED:
-            return "; ".join(filter(None, (limit, _unclosed(ledger))))
+            grounded = self.packed.grounded and f"no exact flight between contacts: {self.packed.grounded}"
+            return "; ".join(filter(None, (limit, _unclosed(ledger), grounded)))
         if status == Status.OUT_OF_ASSUMPTIONS:
             return self.sliding.advice()
         where, h = self._where(), self.work.real[kernel.H]

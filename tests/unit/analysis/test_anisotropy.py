@@ -8,8 +8,8 @@ from ross_rotors import rub_rotor
 from rsc.analysis.alone.free_vibration import free_growth, free_vibrations
 from rsc.analysis.balance.elliptic_whirl import elliptic_whirl
 from rsc.analysis.balance.problem import NotBalanced
-from rsc.analysis.lines.branches import branches
-from rsc.analysis.lines.forward_rub import attractors
+from rsc.analysis.follow.branches import branches
+from rsc.analysis.follow.forward_rub import attractors
 from rsc.analysis.paper.anisotropy import (
     contact_motion,
     doubled_stiffness,

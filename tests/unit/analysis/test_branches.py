@@ -1,19 +1,25 @@
 """Whirl branches: no swaps, ends and events against closed forms, dense scans and the roots themselves."""
 
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from rsc.analysis.lines.branches import branches, continuation
-from rsc.analysis.lines.events import AMPLITUDE, CREEPING, FOLD, FORCE, OSCILLATORY, RANGE_END, SLIDING, UNBOUNDED
-from rsc.analysis.lines.rootlines import Family, root_lines
+from rsc.analysis.follow.branches import branches, continuation
+from rsc.analysis.follow.curve import WhirlCurve
+from rsc.analysis.follow.events import AMPLITUDE, CREEPING, FOLD, FORCE, OSCILLATORY, RANGE_END, SLIDING, UNBOUNDED
+from rsc.analysis.follow.lines import Net
+from rsc.analysis.follow.patience import Patience, silent
+from rsc.analysis.follow.whirls import bound_at, seeds_at_one
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import phase_slopes, receptance
 from rsc.analysis.paper.stability import whirl_growths
-from rsc.analysis.paper.whirls import normal_force, whirl_roots
+from rsc.analysis.paper.whirls import normal_force, steady_whirls, whirl_roots
 from rsc.errors import SceneError
 from rsc.system.assemble import assemble
-from systems import TWO_PI, changed, expected, jeffcott, random_system, reference, reference_scene
+from rsc.system.knots import Knots
+from systems import TWO_PI, changed, expected, jeffcott, random_rotor, random_system, reference, reference_scene, with_skew
 
 
 def nearest(system, frequency, speed):
@@ -23,6 +29,18 @@ def nearest(system, frequency, speed):
 def backward(system, speed):
     roots = whirl_roots(system, TWO_PI * speed)
     return roots[roots < 0.0]
+
+
+def pressed_roots(system, speed):
+    roots = steady_whirls(system, TWO_PI * speed)[0]
+    return roots[roots < 0.0]
+
+
+def root_lines(at, values):
+    """(seeds at every value, lines) of the roots of value -> (System, speed in Hz)."""
+    curve = WhirlCurve(at, (0,), values[0], values[-1])
+    seeds = seeds_at_one(curve, values, Patience(silent))
+    return seeds, Net(curve, values, seeds, bound_at(curve, values[-1])).lines(Patience(silent))
 
 
 def events(found, cause):
@@ -81,24 +99,26 @@ def test_lines_do_not_swap_where_roots_nearly_cross(ratio):
     stiffness = system.stator.mass * (TWO_PI * 20.0) ** 2
     damping = 2.0 * ratio * TWO_PI * 20.0 * system.stator.mass
     system = changed(system, damping_r=0.01 * system.rotor.damping, stiffness_s=stiffness, damping_s=damping)
-    family = Family(lambda speed: (system, TWO_PI * speed), 20.0, 150.0)
     found = []
     for n in (5, 201):
-        nodes, lines = root_lines(family, np.linspace(20.0, 150.0, n))
+        seeds, lines = root_lines(lambda speed: (system, speed), np.linspace(20.0, 150.0, n))
         for value in (20.0, 150.0):
             own = sorted(p.root for line in lines for p in (line.begin, line.end) if p.value == value)
             assert own == pytest.approx(backward(system, value), rel=1e-12)
         found.append(sorted((line.begin.value, line.end.value, line.begin.root, line.end.root) for line in lines))
     assert np.array(found[0]) == pytest.approx(np.array(found[1]), rel=1e-8)
-    assert min(np.diff(node.roots).min() for node in nodes) < TWO_PI * 1e-3
+    assert min(np.diff(points[:, 0]).min() for points in seeds) < TWO_PI * 1e-2
 
 
-def test_slopes_are_those_of_the_roots():
+def test_tangents_are_those_of_the_roots():
     system = reference("gyroscopic_disk_light")
-    family = Family(lambda speed: (system, TWO_PI * speed), 20.0, 150.0)
+    curve = WhirlCurve(lambda speed: (system, speed), (0,), 20.0, 150.0)
     for speed in (20.0, 150.0):
-        below, node, above = family.nodes([speed + off for off in (-1e-4, 0.0, 1e-4)])
-        assert node.slopes == pytest.approx((above.roots - below.roots) / 2e-4, rel=1e-4, abs=1e-6)
+        below, here, above = seeds_at_one(curve, speed + np.array([-1e-4, 0.0, 1e-4]), Patience(silent))
+        left, slopes = curve.evaluated(here, 85.0)
+        assert np.abs(left).max() < 1e-9
+        tangents = curve.tangents(slopes, np.ones(here.shape))
+        assert tangents[:, 0] / tangents[:, -1] == pytest.approx((above - below)[:, 0] / 2e-4, rel=1e-4, abs=1e-6)
     Psi, step = np.array([-200.0, 150.0]), 1e-3
     ends = [phase_slopes(system, 300.0, Psi + off)[0] for off in (-step, step)]
     assert phase_slopes(system, 300.0, Psi)[1] == pytest.approx((ends[1] - ends[0]) / (2.0 * step), rel=1e-6)
@@ -113,6 +133,42 @@ def test_whirls_that_can_exist_have_the_first_labels_then_frequency_decides(tran
     assert found[0].frequency[0] == pytest.approx(-38.8128, abs=1e-4)
     assert found[0].at(70.0).frequency == pytest.approx(-33.6985, abs=1e-4)
     assert found[0].at(170.0) is None
+
+
+def following(dice, kind):
+    """A random rotor, with a term that follows the speed or drives it."""
+    system = random_rotor(dice)
+    if kind == "cross-coupled":
+        return with_skew(dice, system)
+    rotor = system.rotor
+    if kind == "rotating damping":
+        return replace(system, rotor=replace(rotor, rotating_damping=0.5 * rotor.damping))
+    if kind == "knots":
+        shares = np.array([0.0, *dice.uniform(0.0, 1.0, 3)])[:, None, None]
+        return replace(system, rotor=replace(rotor, knots=Knots(TWO_PI * np.array([2.0, 30.0, 60.0, 120.0]), {
+            "stiffness": shares * np.diag(np.diag(rotor.stiffness))})))  # fmt: skip
+    return system
+
+
+@pytest.mark.parametrize("kind", ["constant", "cross-coupled", "rotating damping", "knots"])
+def test_between_the_speeds_of_the_grid_no_whirl_is_missing_and_none_extra(kind):
+    """Roots counted at other speeds, and beside every fold; growth rates beside every change of stability."""
+    dice, folds, changes = np.random.default_rng(13), 0, 0
+    for _ in range(4):
+        system = following(dice, kind)
+        found = branches(system, np.linspace(2.0, 120.0, 60))
+        for speed in dice.uniform(2.0, 120.0, 6):
+            assert sum(b.begin.value < speed < b.end.value for b in found) == len(pressed_roots(system, speed))
+        for end, inside in [(b.begin, 1.0) for b in found] + [(b.end, -1.0) for b in found]:
+            if end.cause == FOLD:
+                within, beyond = (len(pressed_roots(system, end.value * (1.0 + inside * off))) for off in (1e-7, -1e-7))
+                assert within == beyond + 2
+                folds += 1
+        for _, event in events(found, OSCILLATORY) + events(found, CREEPING):
+            rates = [nearest(system, event.frequency, event.value * (1.0 + off)).growth_rate for off in (-1e-6, 1e-6)]
+            assert (rates[0] < 0.0 < rates[1]) if event.holds == "below" else (rates[1] < 0.0 < rates[0])
+            changes += 1
+    assert folds > 1
 
 
 # ---------------------------------------------------------------- ends and events over the speed
@@ -225,8 +281,7 @@ def test_branches_over_the_friction():
 
 def test_roots_that_come_from_infinity_are_named():
     system = reference("laval")
-    family = Family(lambda mu: (system.with_friction(mu), TWO_PI * 50.0), 0.0, 0.5)
-    _, lines = root_lines(family, np.linspace(0.0, 0.5, 11))
+    _, lines = root_lines(lambda mu: (system.with_friction(mu), 50.0), np.linspace(0.0, 0.5, 11))
     assert sorted(line.begin.cause for line in lines) == sorted([FOLD, FOLD, UNBOUNDED])
 
 
@@ -247,7 +302,7 @@ def test_creeping_and_oscillatory_losses_are_told_apart():
 # ---------------------------------------------------------------- each growth rate once
 
 
-@pytest.mark.parametrize(("name", "most"), [("laval", 4), ("gyroscopic_transition", 410)])
+@pytest.mark.parametrize(("name", "most"), [("laval", 4), ("gyroscopic_transition", 430)])
 def test_growth_rates_are_those_of_every_speed_and_computed_once(name, most, monkeypatch):
     """Without gyroscopics one speed tells them for all; with them 80 speeds of five whirls and a few places between do."""
     system, speeds, asked = reference(name), np.linspace(20.0, 150.0, 80), []
@@ -256,7 +311,7 @@ def test_growth_rates_are_those_of_every_speed_and_computed_once(name, most, mon
         asked.extend(Psi)
         return whirl_growths(system, Psi, F_N, Omega)
 
-    monkeypatch.setattr("rsc.analysis.lines.events.whirl_growths", counted)
+    monkeypatch.setattr("rsc.analysis.follow.whirls.whirl_growths", counted)
     found = branches(system, speeds)
     assert 0 < len(asked) <= most
     whirls = [whirl for branch in found for whirl in branch.whirls]

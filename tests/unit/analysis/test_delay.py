@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.lines.branches import branches
-from rsc.analysis.lines.delayed_jump import delayed_jump, rounding_floor, starting_level
+from rsc.analysis.follow.branches import branches
+from rsc.analysis.follow.delayed_jump import delayed_jump, rounding_floor, starting_level
 from systems import TWO_PI, changed, reference, reference_scene
 
 SPEEDS = np.linspace(20.0, 150.0, 131)

@@ -15,8 +15,8 @@ from rsc.analysis.algebra import eigenvalues as module
 from rsc.analysis.algebra.double_shift import hessenberg_eigenvalues
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.balance import balance, floquet
-from rsc.analysis.lines import rootlines
-from rsc.analysis.lines.branches import branches
+from rsc.analysis.follow import whirls as seeds
+from rsc.analysis.follow.branches import branches
 from rsc.analysis.paper import whirls as analytic
 from rsc.analysis.paper.predict import predict_system
 from rsc.cli import new
@@ -205,9 +205,9 @@ def test_commands_have_one_thread(monkeypatch):
 
 
 def test_branches_have_one_thread(monkeypatch):
-    seen, roots = [], rootlines.roots_by_place
+    seen, roots = [], seeds.roots_by_place
     looked = lambda *arguments, **options: seen.append(threads()) or roots(*arguments, **options)  # noqa: E731
-    monkeypatch.setattr(rootlines, "roots_by_place", looked)
+    monkeypatch.setattr(seeds, "roots_by_place", looked)
     with threadpool_limits(2, user_api="blas"):
         branches(reference("mdof_2x2"), [50.0, 60.0])
     assert seen and all(set(counts) == {1} for counts in seen)

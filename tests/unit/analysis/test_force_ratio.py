@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.lines.branches import branches
-from rsc.analysis.lines.events import OSCILLATORY
-from rsc.analysis.lines.force_ratio import SMALL, force_ratios, pair_limit, ratio_places, ratios_of
+from rsc.analysis.follow.branches import branches
+from rsc.analysis.follow.events import OSCILLATORY
+from rsc.analysis.follow.force_ratio import SMALL, force_ratios, pair_limit, ratio_places, ratios_of
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import contact_receptance, receptance
 from rsc.analysis.paper.small_motions import small_motion

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rsc.analysis.lines.lag import lag
+from rsc.analysis.follow.lag import lag
 from rsc.analysis.paper.stability import whirl_growth
 from rsc.analysis.paper.whirls import steady_whirls
 from systems import TWO_PI, reference

@@ -8,8 +8,8 @@ import pytest
 import rsc.errors
 from rsc.analysis.alone.at_rest import at_rest
 from rsc.analysis.balance.balance import balance
-from rsc.analysis.lines.branches import branches
-from rsc.analysis.paper.law import Law, law_of
+from rsc.analysis.follow.branches import branches
+from rsc.analysis.paper.law import SteadyLaw, law_of
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.paper.synchronous import forward_rub
@@ -17,7 +17,7 @@ from rsc.system import system as system_law
 from rsc.system.system import stacked
 from systems import TWO_PI, changed, reference
 
-LAW = Law(gap=2e-3, friction=0.3, stiffness=4e5, damping=60.0, diameter=0.1, slip_velocity=0.02)
+LAW = SteadyLaw(gap=2e-3, friction=0.3, stiffness=4e5, damping=60.0, diameter=0.1, slip_velocity=0.02)
 WITH_FORCE = {
     "whirls": lambda system: predict_system(system, 50.0),
     "branches": lambda system: branches(system, [40.0, 50.0]),

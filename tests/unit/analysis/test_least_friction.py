@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from rsc.analysis.lines.escape import ESCAPES
-from rsc.analysis.lines.events import FOLD
-from rsc.analysis.lines.least_friction import LIMIT, ROLLS, least_frictions, mu_min
+from rsc.analysis.follow.escape import ESCAPES
+from rsc.analysis.follow.events import FOLD
+from rsc.analysis.follow.least_friction import LIMIT, ROLLS, least_frictions, mu_min
 from rsc.analysis.paper.receptance import receptance, receptance_rotor, receptance_stator
 from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.several.predict import predict
@@ -107,7 +107,7 @@ def test_whirls_outside_the_band_of_a_reduced_machine_do_not_count(monkeypatch):
     scene = reference_scene("laval")
     whole = whirl_min(scene, 50.0)
     for low, cause in ((-500.0, FOLD), (0.99 * whole.frequency, LIMIT), (-40.0, LIMIT)):
-        monkeypatch.setattr("rsc.analysis.lines.least_friction._band", lambda scene, low=low: (TWO_PI * low, TWO_PI * 250.0))
+        monkeypatch.setattr("rsc.analysis.follow.least_friction._band", lambda scene, low=low: (TWO_PI * low, TWO_PI * 250.0))
         least = whirl_min(scene, 50.0)
         assert least.cause == cause and least.frequency >= low * (1.0 + 1e-9)
         assert least.value > whole.value or cause == FOLD

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.lines.branches import branches
-from rsc.analysis.lines.least_friction import NO_LEAST, mu_min
+from rsc.analysis.follow.branches import branches
+from rsc.analysis.follow.least_friction import NO_LEAST, mu_min
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import free_motions
 from rsc.analysis.paper.small_motions import Departure, damper_limits, small_motion, undecided

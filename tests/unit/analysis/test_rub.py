@@ -5,7 +5,7 @@ import pytest
 import scipy.linalg
 
 import rsc
-from rsc.analysis.lines.forward_rub import FOLD, OSCILLATORY, TOUCH, attractors, rub_growth, rub_ranges
+from rsc.analysis.follow.forward_rub import FOLD, OSCILLATORY, TOUCH, attractors, rub_growth, rub_ranges
 from rsc.analysis.paper.stability import state_matrices
 from rsc.analysis.paper.synchronous import forward_rub, unbalance_response
 from systems import TWO_PI, changed, expected, reference, reference_scene

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from rsc.analysis.lines.rootlines import RANGE_END, UNRESOLVED
-from rsc.analysis.lines.set_branches import LOOKED_AT, set_branches
+from rsc.analysis.follow.branches import LOOKED_AT, set_branches
+from rsc.analysis.follow.events import CREEPING, OSCILLATORY
+from rsc.analysis.follow.lines import FOLD, RANGE_END
 from rsc.analysis.several.predict import predict_several
 from rsc.errors import SolverError
 from rsc.system.assemble import assemble
@@ -31,9 +32,32 @@ def test_at_every_speed_they_are_the_whirls_of_that_speed(seed):
             assert whirl.growth_rate == pytest.approx(twin.growth_rate, rel=1e-5, abs=1e-5)
             for name, at in whirl.contacts.items():
                 assert at.normal_force == pytest.approx(twin.contacts[name].normal_force, rel=1e-6)
-    assert missed <= 4  # whirls that begin between two speeds at which all are looked for
+    assert missed == 0
     ends = {event.cause for branch in branches for event in (branch.begin, branch.end)}
-    assert ends == {RANGE_END, UNRESOLVED} and len({branch.label for branch in branches}) == len(branches)
+    assert ends == {RANGE_END, FOLD} and len({branch.label for branch in branches}) == len(branches)
+
+
+def test_folds_and_changes_of_stability_are_located():
+    """Two whirls of the set more on one side of a fold; the growth rate changes its sign where it is said to."""
+    system, folds, changes = random_several(np.random.default_rng(1)), 0, 0
+    for branch in set_branches(system, np.linspace(60.0, 100.0, 21), 0):
+        for end, inside in ((branch.begin, 1.0), (branch.end, -1.0)):
+            if end.cause == FOLD:
+                within, beyond = (whirls_of(system, branch, end.value * (1.0 + inside * off)) for off in (1e-7, -1e-7))
+                assert len(within) == len(beyond) + 2
+                folds += 1
+        for event in branch.events:
+            if event.cause in (CREEPING, OSCILLATORY):
+                sides = [whirls_of(system, branch, event.value * (1.0 + off)) for off in (-1e-6, 1e-6)]
+                below, above = (min(whirls, key=lambda w: abs(w.frequency - event.frequency)).growth_rate for whirls in sides)
+                assert (below < 0.0 < above) if event.holds == "below" else (above < 0.0 < below)
+                changes += 1
+    assert folds > 1 and changes > 0
+
+
+def whirls_of(system, branch, speed):
+    """The whirls of a branch's set at a speed."""
+    return [whirl for whirl in predict_several(system, speed) if whirl.pressed == branch.pressed]
 
 
 def test_a_run_down_has_the_same_branches_and_loses_its_stability_the_other_way():

@@ -9,7 +9,7 @@ from ross_rotors import DATA, system_of
 from rsc.analysis.alone.free_vibration import free_growth, free_vibrations
 from rsc.analysis.balance.balance import balance
 from rsc.analysis.balance.floquet import balance_growth
-from rsc.analysis.lines.lag import lag
+from rsc.analysis.follow.lag import lag
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import contact_receptance, receptance_rotor, receptance_stator

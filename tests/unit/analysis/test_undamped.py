@@ -7,14 +7,16 @@ import pytest
 
 import rsc
 from fe_bodies import rotor
-from rsc.analysis.lines import patience, rootlines
-from rsc.analysis.lines.branches import branches
+from rsc.analysis.follow import patience, walk
+from rsc.analysis.follow.branches import branches
+from rsc.analysis.follow.lines import UNRESOLVED
 from rsc.analysis.survey.remarks import scene_remarks
 from rsc.analysis.survey.survey import survey
 from rsc.machine.imports.build import rotor_model
 from rsc.machine.imports.coordinates import Coordinates
 from rsc.machine.imports.store import save_model
 from rsc.system.assemble import assemble
+from systems import reference
 
 STATORS = {
     "rigid": "model = \"rigid\"",
@@ -61,16 +63,17 @@ def test_the_search_for_branches_ends(stator, bearing, tmp_path):
         assert not any(branch.stable.any() for branch in found)
 
 
-def test_a_long_search_says_how_far_it_is_and_has_an_end(tmp_path, monkeypatch):
-    system, notes = assemble(scene_of(tmp_path, "damped")), []
+def test_a_long_search_says_how_far_it_is_and_has_an_end(monkeypatch):
+    system, speeds, notes = reference("gyroscopic_disk_very_light"), np.linspace(5.0, 150.0, 30), []
     monkeypatch.setattr(patience, "EVERY", 0.0)
-    full = branches(system, np.linspace(100.0, 160.0, 31), notes.append)
-    assert any("30 of 31 done" in text for text in notes) and notes[-1].startswith("whirls and their events are computed")
-    monkeypatch.setattr(rootlines, "MOST_ADDED", 0)
-    assert len(branches(system, np.linspace(100.0, 160.0, 31))) >= 1 and full
-    links = rootlines._links
-    monkeypatch.setattr(rootlines, "_links", lambda *nodes, last: links(*nodes, last) if last else (None, None))
-    assert branches(system, np.linspace(100.0, 160.0, 31))  # where no two nodes fit, too
+    full = branches(system, speeds, notes.append)
+    assert notes[0] == "roots of the whirl condition are looked for, 0 of 30 values done"
+    assert any(text.startswith("whirls are followed from value to value, ") for text in notes)
+    assert notes[-1].startswith("whirls and their events are computed")
+    monkeypatch.setattr(walk, "MOST_STEPS", 0)  # no curve can be followed
+    lost = branches(system, speeds)
+    assert sorted(w.frequency for b in lost for w in b.whirls) == sorted(w.frequency for b in full for w in b.whirls)
+    assert UNRESOLVED in {b.begin.cause for b in lost} and UNRESOLVED not in {b.begin.cause for b in full}
 
 
 @pytest.mark.parametrize("stator", STATORS)

@@ -20,7 +20,7 @@ STRAYS = {
     "imports against the floors and past the doors": (
         {
             "analysis/paper/stray.py": "import rsc.kernel.step",
-            "analysis/alone/stray.py": "import rsc.analysis.lines.events",
+            "analysis/alone/stray.py": "import rsc.analysis.follow.events",
             "kernel/simd/stray.py": "import rsc.kernel.step",
             "measure/stray.py": "import matplotlib",
             "measured/stray.py": "import h5py",

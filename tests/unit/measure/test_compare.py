@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from rsc.analysis.lines.branches import branches
+from rsc.analysis.follow.branches import branches
 from rsc.measure.changes import transitions
 from rsc.measure.kinds import Kind
 from rsc.measure.resonances import resonances

@@ -50,7 +50,7 @@ def test_a_run_from_or_to_rest_stands_there_and_is_compared(tmp_path, times, spe
     assert np.abs(run.speed - speed).max() < 0.5 and run.speed.min() >= 0.0
     assert run.speed[speed == 0.0].max() < 0.1
     (line,) = run.warnings
-    assert line.startswith("the shaft stands from")
+    assert line.startswith("the shaft is at rest from")
     report = rsc.compare(rsc.Scene.from_dict(LAVAL), run)
     assert np.isfinite(report.order).all() and set(report.features.kind[report.features.speed < 0.1]) == {"not resolved"}
 

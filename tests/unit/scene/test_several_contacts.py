@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.lines.least_friction import mu_min
+from rsc.analysis.follow.least_friction import mu_min
 from rsc.analysis.survey.survey import survey
 from rsc.errors import RscError, SceneError, SolverError
 from rsc.scene.scene import Scene

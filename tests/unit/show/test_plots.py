@@ -14,9 +14,9 @@ from matplotlib.text import Text
 from PIL import Image
 
 from reports import PUMP, report_of_dict, short_report
-from rsc.analysis.lines.events import Event
-from rsc.analysis.lines.forward_rub import TOUCH, RubEvent, RubRange
-from rsc.analysis.lines.rootlines import RANGE_END
+from rsc.analysis.follow.events import Event
+from rsc.analysis.follow.forward_rub import TOUCH, RubEvent, RubRange
+from rsc.analysis.follow.lines import RANGE_END
 from rsc.errors import DataError
 from rsc.measure.changes import Transition
 from rsc.show.pictures import paths, pictures, plots

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from reports import short_report
-from rsc.analysis.lines.delayed_jump import Delay
+from rsc.analysis.follow.delayed_jump import Delay
 from rsc.analysis.survey.survey import Survey
 from rsc.results.summary import Ledger, Status, Summary
 from rsc.scene.scene import Scene

@@ -7,7 +7,7 @@ import pytest
 
 import rsc
 from rsc.analysis.alone.free_vibration import free_vibrations
-from rsc.analysis.lines.forward_rub import rub_growth
+from rsc.analysis.follow.forward_rub import rub_growth
 from rsc.analysis.paper.synchronous import forward_rub
 from rsc.measure.kinds import Kind
 from rsc.measure.words import AGREES, NOT_YET_STEADY, SYNCHRONOUS

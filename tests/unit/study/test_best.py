@@ -5,7 +5,7 @@ import pytest
 
 import rsc
 from rsc.analysis.balance.balance import HARMONICS, balance
-from rsc.analysis.lines.branches import branches
+from rsc.analysis.follow.branches import branches
 from rsc.measure.kinds import Kind
 from rsc.measure.reasons import Code
 from rsc.measure.windows import Features, Followed

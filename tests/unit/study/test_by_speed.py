@@ -10,7 +10,8 @@ import rsc
 from naive import integrate
 from rsc.analysis.alone.free_vibration import threshold_speed
 from rsc.analysis.balance.balance import balance
-from rsc.analysis.lines.branches import branches, follow
+from rsc.analysis.follow.branches import branches
+from rsc.analysis.follow.one_whirl import follow
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.predict_many import predict_many
 from rsc.analysis.paper.receptance import coupled_frequencies, uncoupled_frequencies

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.lines.forward_rub import rub_growth
+from rsc.analysis.follow.forward_rub import rub_growth
 from rsc.analysis.paper.synchronous import forward_rub
 from rsc.show.pictures.abscissa import Abscissa
 from rsc.show.pictures.album import described

@@ -10,7 +10,7 @@ import pytest
 import forge
 import rsc
 from fe_bodies import rotor
-from rsc.analysis.lines.forward_rub import attractors
+from rsc.analysis.follow.forward_rub import attractors
 from rsc.analysis.paper.watched import free_deflections
 from rsc.analysis.survey.survey import survey
 from rsc.cli import main

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.lines.force_ratio import force_ratios
-from rsc.analysis.lines.least_friction import mu_min
+from rsc.analysis.follow.force_ratio import force_ratios
+from rsc.analysis.follow.least_friction import mu_min
 from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.survey.survey import survey
 from rsc.cli import main

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.lines.least_friction import mu_min
+from rsc.analysis.follow.least_friction import mu_min
 from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.paper.synchronous import forward_rub
 from rsc.study.report.check import report

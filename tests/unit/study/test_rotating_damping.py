@@ -8,8 +8,8 @@ import rsc
 from rsc.analysis.alone.free_vibration import threshold_speed
 from rsc.analysis.balance.balance import balance
 from rsc.analysis.balance.floquet import balance_growth
-from rsc.analysis.lines.branches import branches
-from rsc.analysis.lines.least_friction import least_frictions
+from rsc.analysis.follow.branches import branches
+from rsc.analysis.follow.least_friction import least_frictions
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.predict_many import predict_many
 from rsc.analysis.paper.stability import whirl_growth

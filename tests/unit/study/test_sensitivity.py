@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.lines.least_friction import mu_min
+from rsc.analysis.follow.least_friction import mu_min
 from rsc.analysis.paper.receptance import receptance
 from rsc.cli import main
 from rsc.show.words.sensitivities import sensitivity_text

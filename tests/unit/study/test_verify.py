@@ -61,7 +61,7 @@ def test_every_block_verifies(path, capsys):
         rows, index = found.last, index + 1
     assert rows == len(rsc.load(path).time) and index > 2
     assert main(["verify", str(path), "--block", "-1"]) == 0
-    assert "the same bits; the rest of the result was not looked at" in capsys.readouterr().out
+    assert "identical bits; the rest of the result was not checked" in capsys.readouterr().out
 
 
 def test_the_whole_run_is_made_again_by_default(path, capsys):

@@ -113,7 +113,7 @@ def undecided(system, branch):
     Parameters
     ----------
     system : System
-    branch : rsc.analysis.lines.branches.Branch
+    branch : rsc.analysis.follow.branch.Branch
 
     Returns
     -------

@@ -42,9 +42,9 @@ class Pressed:
     """Some contacts of a system at one rotor speed, which are pressed."""
 
     bodies: Any  # rotor and stator as one Body of N + M coordinates
-    Omega: float  # rad/s
+    Omega: Any  # rad/s, or (m,) of m candidates, all of whose arrays have one more axis then
     rows: Any  # (n, N + M) l_j
-    laws: tuple[Any, ...]  # a `Law` for each
+    laws: tuple[Any, ...]  # a `SteadyLaw` for each
     turn: Any  # (n,) c_j
     gap: Any  # (n,) m, s_j; or (m, n) of m candidates
     stiffness: Any  # (n,) N/m, k_j
@@ -63,9 +63,10 @@ class Pressed:
         """A^-1 l_j as columns, (m, N + M, n); not a number where A is exactly singular."""
         matrices = self.dynamic_stiffness(Psi)
         try:
-            return np.linalg.solve(matrices, np.broadcast_to(self.rows.T, (len(Psi), *self.rows.T.shape)))
+            columns = transposed(self.rows)
+            return np.linalg.solve(matrices, np.broadcast_to(columns, (len(Psi), *columns.shape[-2:])))
         except np.linalg.LinAlgError:  # a pole of undamped bodies, to the last bit
-            columns = np.stack([solve_at(matrices, row) for row in self.rows], axis=-1)
+            columns = np.stack([solve_at(matrices, self.rows[..., j, :]) for j in range(self.n)], axis=-1)
             return np.where(np.isfinite(columns), columns, np.nan)
 
     def receptances(self, Psi):
@@ -97,18 +98,19 @@ class Pressed:
 
 
 def pressed(system, Omega, contacts):
-    """The `Pressed` of some contacts of a System (their numbers) at a rotor speed in rad/s."""
+    """The `Pressed` of some contacts of a System (their numbers) at a rotor speed in rad/s; of several speeds, or of a stack of
+    systems, every array has one more axis, the first."""
     own = [system.contacts[j] for j in contacts]
     laws = tuple(law_at(contact) for contact in own)
     return Pressed(
         bodies=system.at_speed(Omega).joined(),
         Omega=Omega,
-        rows=np.array([np.concatenate([contact.rotor, -contact.stator]) for contact in own]),
+        rows=np.stack([np.concatenate([contact.rotor, -contact.stator], axis=-1) for contact in own], axis=-2),
         laws=laws,
-        turn=np.array([law.turn for law in laws]),
-        gap=np.array([law.gap for law in laws], dtype=float),
-        stiffness=np.array([law.stiffness for law in laws], dtype=float),
-        ring=np.array([contact.ring for contact in own]),
+        turn=np.stack([law.turn for law in laws], axis=-1),
+        gap=np.stack([law.gap for law in laws], axis=-1),
+        stiffness=np.stack([law.stiffness for law in laws], axis=-1),
+        ring=np.stack([contact.ring for contact in own], axis=-1),
     )
 
 

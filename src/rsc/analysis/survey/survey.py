@@ -5,11 +5,11 @@ from math import tau as TWO_PI
 
 import numpy as np
 
-from rsc.analysis.lines.branches import SPEEDS, branches
-from rsc.analysis.lines.delayed_jump import delayed_jump
-from rsc.analysis.lines.force_ratio import ratio_places
-from rsc.analysis.lines.forward_rub import attractors, rub_ranges
-from rsc.analysis.lines.patience import silent
+from rsc.analysis.follow.branches import SPEEDS, branches
+from rsc.analysis.follow.delayed_jump import delayed_jump
+from rsc.analysis.follow.force_ratio import ratio_places
+from rsc.analysis.follow.forward_rub import attractors, rub_ranges
+from rsc.analysis.follow.patience import silent
 from rsc.analysis.paper.predict import refuse_backwards
 from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.survey.load import whirl_loads

@@ -4,7 +4,7 @@ from math import tau as TWO_PI
 
 import numpy as np
 
-from rsc.analysis.lines.rootlines import RANGE_END
+from rsc.analysis.follow.lines import RANGE_END
 from rsc.errors import one_line
 from rsc.show.pictures import plots
 from rsc.show.pictures.pictures import stretches_of

@@ -17,8 +17,8 @@ def stability(line):
     """(n,) 1 where a whirl or forward rub is stable, 0 where it is not, 2 where small motions decay and it touches a place that
     is only watched, NaN where it is no circle because directions differ: of such a motion nothing is claimed.
 
-    line : with growth_rate, stable and touches, (n,) each: `rsc.analysis.lines.branches.Branch`,
-        `rsc.analysis.lines.forward_rub.RubRange`
+    line : with growth_rate, stable and touches, (n,) each: `rsc.analysis.follow.branch.Branch`,
+        `rsc.analysis.follow.forward_rub.RubRange`
     """
     touching = np.array([bool(own) for own in line.touches], dtype=bool)
     decaying = np.where(line.stable, STABLE, np.where(touching, TOUCHING, np.nan))

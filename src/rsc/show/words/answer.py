@@ -9,7 +9,7 @@ import textwrap
 
 import numpy as np
 
-from rsc.analysis.lines.least_friction import MOST
+from rsc.analysis.follow.least_friction import MOST
 from rsc.measure.catalogue import WHIRLING
 from rsc.measure.kinds import BACKWARD, Kind
 from rsc.measure.several import together

@@ -24,7 +24,7 @@ def fit_text(fit):
         "",
         table(("value", "scene", "fitted", "68 % interval", ""), [_row(value) for value in fit.values]),
         "",
-        "combinations that the run tells, the best first, as products of powers of the values:",
+        "combinations determined by the run, the best first, as products of powers of the values:",
         *(_direction(direction) for direction in fit.directions),
     ]
     return "\n".join(lines)

@@ -27,7 +27,7 @@ NOT_VALID = {
     "nearly_circular": "orbit not circular",
     "within_clearances": "touches a clearance",
 }
-# cause of an event (`rsc.analysis.lines.events`) -> its name, as of a mark in a picture
+# cause of an event (`rsc.analysis.follow.events`) -> its name, as of a mark in a picture
 CAUSES = {
     "fold of two roots": "fold (limit point)",
     "fold of two forward rubs": "fold (limit point)",

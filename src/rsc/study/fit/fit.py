@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from rsc.analysis.lines.patience import Note, silent
+from rsc.analysis.follow.patience import Note, silent
 from rsc.arguments import FUNCTION, NAMED, RUN, SCENE, TEXTS, WHOLE, optional, takes
 from rsc.measured.measured import Measured
 from rsc.measured.run import measured_run

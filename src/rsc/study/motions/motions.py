@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from rsc.analysis.balance.balance import balance
 from rsc.analysis.balance.floquet import balance_growth
 from rsc.analysis.balance.problem import NotBalanced
-from rsc.analysis.lines.forward_rub import rub_growth
-from rsc.analysis.lines.least_friction import least_frictions
+from rsc.analysis.follow.forward_rub import rub_growth
+from rsc.analysis.follow.least_friction import least_frictions
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import along
 from rsc.analysis.paper.rolling import rolling_whirls

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from rsc.analysis.lines.force_ratio import ForceRatio, ratios_of
-from rsc.analysis.lines.patience import silent
+from rsc.analysis.follow.force_ratio import ForceRatio, ratios_of
+from rsc.analysis.follow.patience import silent
 from rsc.analysis.paper.predict import Whirls, refuse_backwards, refuse_speeds
 from rsc.analysis.several.predict import predict
 from rsc.analysis.survey.load import whirl_loads

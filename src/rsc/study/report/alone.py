@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from rsc.analysis.alone.free_vibration import free_vibrations
 from rsc.analysis.alone.run_up import run_up_response
-from rsc.analysis.lines.forward_rub import rub_growth
+from rsc.analysis.follow.forward_rub import rub_growth
 from rsc.analysis.paper.synchronous import forward_rub
 from rsc.measure import spectra
 from rsc.measure.kinds import Kind

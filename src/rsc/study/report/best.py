@@ -12,7 +12,7 @@ from rsc.analysis.balance.balance import HARMONICS, Balance, balance, balance_ro
 from rsc.analysis.balance.elliptic_whirl import EllipticWhirl, elliptic_whirl
 from rsc.analysis.balance.floquet import balance_growth
 from rsc.analysis.balance.problem import NotBalanced
-from rsc.analysis.lines.lag import lag
+from rsc.analysis.follow.lag import lag
 from rsc.analysis.paper.rolling import Roll
 from rsc.measure.windows import Best, Features, Followed, same_branch
 from rsc.system.system import System
@@ -88,7 +88,7 @@ def _of_stretch(
 
 
 def _lags(system: System, whirl: Whirling, known: NDArray[np.bool_], shift: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(3, n) lag of rotor, stator and frequency along a stretch, `rsc.analysis.lines.lag`.
+    """(3, n) lag of rotor, stator and frequency along a stretch, `rsc.analysis.follow.lag`.
 
     Where there is no steady whirl with the whole unbalance, a motion has nothing to lie behind: the lag begins anew there and
     behind it. `known`: (n,), where there is one.

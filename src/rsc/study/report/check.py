@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.analysis.alone.limits import acceptance_of
-from rsc.analysis.lines.branches import Branch, branches
-from rsc.analysis.lines.forward_rub import mirror_share
-from rsc.analysis.lines.patience import Note, silent
-from rsc.analysis.lines.set_branches import set_branches
+from rsc.analysis.follow.branch import Branch
+from rsc.analysis.follow.branches import branches, set_branches
+from rsc.analysis.follow.forward_rub import mirror_share
+from rsc.analysis.follow.patience import Note, silent
 from rsc.analysis.paper.anisotropy import unbalance_ellipse
 from rsc.analysis.paper.predict import refuse_backwards
 from rsc.analysis.paper.receptance import coupled_frequencies, uncoupled_frequencies

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from rsc.analysis.lines.patience import Note, silent
+from rsc.analysis.follow.patience import Note, silent
 from rsc.arguments import FUNCTION, RUN, SCENE, takes
 from rsc.errors import DataError
 from rsc.measure.course import Course

@@ -5,7 +5,7 @@ import string
 from collections.abc import Sequence
 from dataclasses import replace
 
-from rsc.analysis.lines.branches import Branch
+from rsc.analysis.follow.branch import Branch
 from rsc.measure.catalogue import Motions, Predicted
 
 SAME = 0.02  # of the frequency: a list's speed may stand between two of the speeds that branches are known at

@@ -30,7 +30,7 @@ from rsc.system.border import Border, border_of
 from rsc.system.system import System
 
 if TYPE_CHECKING:
-    from rsc.analysis.lines.branches import Branch
+    from rsc.analysis.follow.branch import Branch
     from rsc.study.report.nearest import Nearest
 
 
@@ -106,7 +106,7 @@ class Report:
     nearest : tuple of study.nearest.Nearest, the roots next to a measured whirl
     sag : float m, static deflection of the rotor at the contact by its constant load; infinite where no spring holds it
     lead : str, of several contacts the name of the one at which all this is told that is of one; "" with one. There branches are
-        analysis.lines.set_branches.SetBranch, those of every pressed set
+        analysis.follow.branch.SetBranch, those of every pressed set
     contacts : dict, name -> measure.several.ContactCourse, what the windows are at each of several contacts
     """
 

@@ -41,7 +41,7 @@ COLUMNS = ("speed", "frequency", "amplitude", "normal_force", "growth_rate")
 
 @dataclass(frozen=True)
 class StoredEvent:
-    """The end of a branch or a place on it, as `rsc.analysis.lines.events.Event`."""
+    """The end of a branch or a place on it, as `rsc.analysis.follow.events.Event`."""
 
     cause: str
     value: float
@@ -62,7 +62,7 @@ class StoredWhirl:
 
 @dataclass(frozen=True)
 class StoredBranch:
-    """A `rsc.analysis.lines.branches.Branch` without its whirls; arrays (n,)."""
+    """A `rsc.analysis.follow.branch.Branch` without its whirls; arrays (n,)."""
 
     label: str
     speed: NDArray[np.float64]

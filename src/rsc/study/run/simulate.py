@@ -198,7 +198,7 @@ def _refuse_other_state(
         next(block for block, status in run.chunks() if len(block["time"]) or status or _is_behind(run, checkpoint))
     again = run.checkpoint()
     if any(values.tobytes() != again[name].tobytes() for name, values in checkpoint.items()):
-        problem = "its last checkpoint is not what the one before it, or the scene, leads to"
+        problem = "its last checkpoint does not follow from the one before it or from the scene"
         raise DataError(path, f"{problem}: start anew, or give --not-bitwise (Python: bitwise=False) to believe it")
 
 
@@ -284,7 +284,7 @@ class _Pace:
         if left < LONG_RUN:
             return ""
         hours = f"another {left / 3600.0:.2g} h" if left < 3e7 else "more than a year"
-        return f"{advanced:.3g} s of the run took {elapsed:.1f} s: at this pace it will take {hours}; Ctrl-C keeps what there is"
+        return f"{advanced:.3g} s of the run took {elapsed:.1f} s: it will take {hours}; Ctrl-C keeps the results so far"
 
 
 @contextlib.contextmanager

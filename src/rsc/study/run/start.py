@@ -56,7 +56,7 @@ def runs_or_errors(scenes: Sequence[Scene]) -> list[Run | SceneError]:
 
 def _able_to_end(run: Run) -> Run | SceneError:
     """The run, or a SceneError in its place where it cannot reach its end. One that is to stop after few steps is made."""
-    scene, longest = run.scene, run.packed.model.h_max
+    scene, longest = run.scene, run.packed.longest_step
     if scene.solver.max_steps < FEW_STEPS or run.least_steps <= scene.solver.max_steps:
         return run
     wanted = f"at least {run.least_steps:.2g}, as many as the run takes in steps of no more than {longest:.2g} s"

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from rsc.analysis.lines.least_friction import mu_min
-from rsc.analysis.lines.one_whirl import delay
+from rsc.analysis.follow.least_friction import mu_min
+from rsc.analysis.follow.one_whirl import delay
 from rsc.analysis.paper.predict_many import predict_many
 from rsc.analysis.several.predict import predict
 from rsc.analysis.several.whirl import SeveralWhirl

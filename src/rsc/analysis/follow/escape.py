@@ -13,7 +13,7 @@ from math import tau as TWO_PI
 
 import numpy as np
 
-from rsc.analysis.lines.events import Event
+from rsc.analysis.follow.events import Event
 from rsc.analysis.paper.law import law_of
 
 ESCAPES = "it runs away (12)"

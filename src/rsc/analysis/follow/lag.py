@@ -6,7 +6,7 @@ motions (`rsc.analysis.paper.stability.state_matrices`) the distance z from it, 
     z' = J z - [x_0', i Psi' x_0],
 
 since the frame itself turns faster or slower (Euler's term). z is found mode by mode; modes that grow and the free phase are left
-out: what grows leaves the whirl and is told by `rsc.analysis.lines.delayed_jump`.
+out: what grows leaves the whirl and is told by `rsc.analysis.follow.delayed_jump`.
 """
 
 from dataclasses import dataclass

@@ -13,7 +13,7 @@ from math import tau as TWO_PI
 
 import numpy as np
 
-from rsc.analysis.lines.events import CREEPING, OSCILLATORY
+from rsc.analysis.follow.events import CREEPING, OSCILLATORY
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import rotor_stiffness, solve_at, stator_stiffness
 from rsc.analysis.paper.small_motions import small_motion

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.alone.free_vibration import free_growth
-from rsc.analysis.lines.events import CREEPING, OSCILLATORY, TOUCHES
-from rsc.analysis.lines.rootlines import RANGE_END
+from rsc.analysis.follow.events import CREEPING, OSCILLATORY, TOUCHES
+from rsc.analysis.follow.lines import RANGE_END
 from rsc.analysis.paper.anisotropy import largest_without_contact, rub_mirror_share
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.predict import predict_system
@@ -194,9 +194,7 @@ def attractors(system, speed):
         stable = rate < 0.0 and circular and not touches
         motions.append(Attractor("forward rub", float(speed), rub.amplitude, rate, stable, touches))
     whirls = [w for w in predict_system(system, speed) if w.frequency < 0.0]
-    motions += [
-        Attractor("backward whirl", w.frequency, w.rotor_amplitude, w.growth_rate, w.stable, w.touches) for w in whirls
-    ]
+    motions += [Attractor("backward whirl", w.frequency, w.rotor_amplitude, w.growth_rate, w.stable, w.touches) for w in whirls]
     for roll in rolling_whirls(system, Omega):
         motions.append(Attractor(ROLLING, roll.Psi / TWO_PI, roll.rotor_amplitude, roll.growth_rate, roll.stable))
     return motions

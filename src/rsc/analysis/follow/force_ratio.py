@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from rsc.analysis.lines.branches import Branch
+from rsc.analysis.follow.branch import Branch
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.predict import Whirl, refuse_backwards
 from rsc.analysis.paper.receptance import contact_receptance, receptance
@@ -164,7 +164,7 @@ def ratio_places(system: System, branches: Sequence[Branch]) -> list[RatioPlace]
     Parameters
     ----------
     system : System
-    branches : list of Branch over the rotor speed (`rsc.analysis.lines.branches.branches`)
+    branches : list of Branch over the rotor speed (`rsc.analysis.follow.branches.branches`)
 
     Returns
     -------

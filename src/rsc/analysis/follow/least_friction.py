@@ -5,9 +5,9 @@ from math import tau as TWO_PI
 
 import numpy as np
 
-from rsc.analysis.lines.escape import least_escape
-from rsc.analysis.lines.events import AMPLITUDE, Event
-from rsc.analysis.lines.rootlines import FOLD
+from rsc.analysis.follow.escape import least_escape
+from rsc.analysis.follow.events import AMPLITUDE, Event
+from rsc.analysis.follow.lines import FOLD
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import contact_receptance, coupled_frequencies, phase_slopes, receptance_rotor
 from rsc.analysis.paper.rolling import rolling_whirls
@@ -31,7 +31,7 @@ def mu_min(scene: SceneLike, speed: float | None = None) -> Event | None:
     that of a fold of two roots, Im(H'/H) = 0, of a whirl that just exceeds the gap, or of one that rolls, where the scene has a
     contact diameter: Psi = -Omega d_R/(2 |d|), (13) with |d| = s + F_N/k_C, needs the traction mu. Without a diameter nothing
     bounds whirls near the resonance of the contact itself, at any depth: only those count that press it in by less than s, and
-    beside them the friction from which on a large enough motion runs away (`rsc.analysis.lines.escape`).
+    beside them the friction from which on a large enough motion runs away (`rsc.analysis.follow.escape`).
     Whirls outside the band of a reduced machine do not count.
 
     A rotor in a rigid wall has no fold: the smaller the friction, the faster its whirl, -b/(mu m) of a Laval rotor, until it
