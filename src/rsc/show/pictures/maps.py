@@ -171,7 +171,7 @@ def plot_starts(listed: Motions, *, title: str) -> Figure:
         impacts(own, listed, slice(i, None, len(places)), largest)
         if name:
             own.set_title(f"at {as_text(name)}")
-    title = f"{title}\nimpacts at {frequency_text(listed.speed, '.4g')} and what they start".strip()
+    title = f"{title}\nimpacts at {frequency_text(listed.speed, '.4g')} and the motions they start".strip()
     if listed.largest_at:
         figure.suptitle(as_text(title), wrap=True)
         labels = {label: handle for own in axes for handle, label in zip(*own.get_legend_handles_labels(), strict=True)}
