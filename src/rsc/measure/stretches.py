@@ -27,7 +27,7 @@ COLUMNS = {
     "normal_impulse": ("N s", "integral of the normal force"),
     "friction_impulse": ("N s", "integral of the friction force, positive against the spin"),
     "drive_work": ("J", "work that friction takes from the drive; 0 without a contact diameter"),
-    "race_work": ("J", "what of that turns an inner race, against its inertia and drag"),
+    "race_work": ("J", "part of that work that accelerates an inner race or is lost to its drag"),
     "rotor_max_at": ("s", "when the largest |r| is reached"),
     "deflection_max_at": ("s", "when the largest |d| is reached"),
     "force_max_at": ("s", "when the largest normal force is reached"),

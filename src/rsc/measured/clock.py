@@ -63,7 +63,7 @@ def clock_of(signals: list[Signal], others: list[Signal], source: str) -> tuple[
     first = max(int(np.ceil((late.start - slowest.start) / slowest.step - _TOGETHER)), 0)
     count = int(np.floor((early.end - slowest.start) / slowest.step + _TOGETHER)) - first + 1
     if count < LEAST_SAMPLES:
-        together = f"{late.name} begins {late.start - early.end:.3g} s behind the end of {early.name}"
+        together = f"{late.name} begins {late.start - early.end:.3g} s after the end of {early.name}"
         if late.start < early.end:
             together = f"{early.name} and {late.name} overlap by {max(count, 0)} samples, and at least {LEAST_SAMPLES} make a run"
         raise DataError(source, f"its channels are not known together: {together}; give channels of one run")
@@ -92,7 +92,7 @@ def _refuse_contradictions(signals: list[Signal], source: str) -> None:
     if one_rate and not one_length and max(starts) - min(starts) <= _TOGETHER * signals[0].step:
         listed = ", ".join(f"{signal.name} {count}" for signal, count in zip(signals, counts, strict=True))
         problem = f"its channels have not one length ({listed}) from one start at one rate"
-        raise DataError(source, f"{problem}: samples are lost, and nothing says where")
+        raise DataError(source, f"{problem}: samples are missing at unknown places")
 
 
 def at(signal: Signal, clock: CommonClock) -> NDArray[np.float64]:

@@ -27,7 +27,7 @@ class Probe:
     )
     sensitivity: float | None = declare(Number("sensitivity"), None, meaning="Volts a metre, negative where it is turned round.")
     unit: float | None = declare(
-        Number("length", above=0.0), None, meaning="What a one in its column means: `\"1 um\"`; by default what the file states."
+        Number("length", above=0.0), None, meaning="Unit of the column: `\"1 um\"`; default: the unit stated in the file."
     )
 
     one_of = ((("sensitivity", "unit"), OPTIONAL),)  # one must be given where the file states no unit of length (scales.py)
@@ -37,10 +37,10 @@ class Probe:
 class Channels:
     """[measured]: the file, its columns, and how the shaft turns."""
 
-    file: str = declare(Text(), meaning="The data, in any format of the table in docs/users/measured.md, beside this file.")
+    file: str = declare(Text(), meaning="Data file, in any format of the table in docs/users/measured.md; relative to this file.")
     time: str | None = declare(Text(), None, meaning=f"Time, {COLUMN}; not where the format says when its samples were taken.")
     time_unit: float | None = declare(
-        Number("time", above=0.0), None, meaning="What a one in it means: `\"1 ms\"`; by default what the file states, else 1 s."
+        Number("time", above=0.0), None, meaning="Unit of the times: `\"1 ms\"`; default: the unit stated in the file, else 1 s."
     )
     rate: float | None = declare(Number("frequency", above=0.0), None, meaning="Samples a second, where no column has the time.")
     full_scale: float = declare(Number("voltage", above=0.0), 1.0, meaning="Volts of the largest number of a WAV file.")
@@ -49,23 +49,23 @@ class Channels:
     keyphasor_angle: float = declare(
         Number("angle in degrees", low=-720.0, high=720.0), 0.0, meaning="Direction of the Keyphasor, from y towards z."
     )
-    speed: str | None = declare(Text(), None, meaning=f"Speed of the shaft, {COLUMN}, where there is no Keyphasor.")
+    speed: str | None = declare(Text(), None, meaning=f"Speed of the shaft, {COLUMN}, without a Keyphasor.")
     speed_unit: float | None = declare(
         Number("frequency", above=0.0),
         None,
-        meaning="What a one in it means: `\"1 rpm\"`; by default what the file states, else 1 Hz.",
+        meaning="Unit of the speed: `\"1 rpm\"`; default: the unit stated in the file, else 1 Hz.",
     )
     sense: str = declare(
         Choice(("y to z", "z to y")),
         "y to z",
-        meaning="How the shaft turns. Motions are told as seen from the side where it is y to z.",
+        meaning="Direction of rotation. Motions are seen from the side where it is y to z.",
     )
     slow_roll: tuple[float, ...] | None = declare(
         Sequence(Number("frequency", low=0.0)),
         None,
         meaning="Lowest and highest speed at which only runout is seen: it is taken off, with the position there.",
     )
-    probe: tuple[Probe, ...] = declare(Sequence(Text()), meaning="The two probes, each a table of its own.")
+    probe: tuple[Probe, ...] = declare(Sequence(Text()), meaning="The two probes, one table each.")
 
     one_of = ((("keyphasor", "speed"), None), (("time", "rate"), OPTIONAL))
 

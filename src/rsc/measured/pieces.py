@@ -253,10 +253,10 @@ def _in_order(a: float, b: float) -> tuple[float, float]:
 def _told(stands: list[tuple[float, float]], lost: list[tuple[float, float]]) -> list[str]:
     told = []
     if lost:
-        where = "pulses of the shaft are missing there, and the speed beside them does not tell how many: windows there are empty"
+        where = "an unknown number of shaft pulses is missing there: windows there are empty"
         told.append(f"how the shaft turns is not known from {_spans(lost)}: {where}")
     if stands:
-        told.append(f"the shaft stands from {_spans(stands)}: no pulse comes, and the speed beside falls to rest")
+        told.append(f"the shaft is at rest from {_spans(stands)}: no pulses, and the speed falls to zero")
     return told
 
 

@@ -85,9 +85,9 @@ def _longest(wheel: Wheel | None) -> float:
 def _of_pulses(events: int, missing: int, extra: int) -> list[str]:
     told = []
     if missing:
-        told.append(f"{missing} of {events - extra + missing} pulses of the shaft are missing: counted from those beside them")
+        told.append(f"{missing} of {events - extra + missing} pulses of the shaft are missing: interpolated between neighbours")
     if extra:
-        told.append(f"{extra} of {events} pulses of the shaft are too many: left out")
+        told.append(f"{extra} of {events} pulses of the shaft are surplus: ignored")
     return told
 
 

@@ -42,7 +42,7 @@ def even_times(raw: NDArray[np.float64], unit: float, source: str) -> Even:
         raise DataError(source, f"has a time that is no number, in row {int(np.argmin(np.isfinite(raw))) + 1} of its numbers")
     steps = np.diff(raw)
     if (steps < 0.0).any():
-        raise DataError(source, f"has times that go back, behind row {int(np.argmax(steps < 0.0)) + 1} of its numbers")
+        raise DataError(source, f"has decreasing times, after row {int(np.argmax(steps < 0.0)) + 1} of its numbers")
     rounded = _rounded(raw, steps)
     if rounded is not None:
         start, step, words = rounded

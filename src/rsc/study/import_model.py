@@ -123,7 +123,7 @@ def import_model(
         whole.row_at(gap.inner)
     modes = _slowest_of(whole)
     if modes and all(_undamped(mode) for mode in modes):
-        advice = "no such motion dies away without contact; give bearings or matrices damping"
+        advice = "these motions do not decay without contact; add damping to bearings or matrices"
         notes += (f"nothing damps {_these(modes)}: {advice}.",)
     if output.suffix not in (".toml", ".npz"):
         raise DataError(one_line(output), "must be a scene (.toml), or the file of a model (.npz)")
@@ -183,11 +183,11 @@ def _slowest(modes: Sequence[ModelMode], model: FiniteElementModel) -> str:
     """The slowest modes of the machine in words."""
     frequencies = [mode.frequency if model.slowest_speed else abs(mode.frequency) for mode in modes]
     told = ", ".join(f"{one:.4g} Hz ({_decrement(mode)})" for one, mode in zip(frequencies, modes, strict=True))
-    return f"slowest modes at {model.slowest_speed:g} Hz, of the machine as it was read: {told}; more by `rsc modes`"
+    return f"lowest modes at {model.slowest_speed:g} Hz of the full model: {told}; more by `rsc modes`"
 
 
 def _these(modes: Sequence[ModelMode]) -> str:
-    return "the slowest mode" if len(modes) == 1 else f"the {len(modes)} slowest modes"
+    return "the lowest mode" if len(modes) == 1 else f"the {len(modes)} lowest modes"
 
 
 def _undamped(mode: ModelMode) -> bool:

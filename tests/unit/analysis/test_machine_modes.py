@@ -186,7 +186,7 @@ def imported(tmp_path, monkeypatch, capsys):
 
 
 def test_an_import_tells_its_slowest_modes_and_a_reduced_machine_keeps_them(imported, capsys):
-    assert "slowest modes at 20 Hz, of the machine as it was read: -28.9 Hz (decrement 0.0386), 29.88 Hz" in imported
+    assert "lowest modes at 20 Hz of the full model: -28.9 Hz (decrement 0.0386), 29.88 Hz" in imported
     assert main(["modes", "rotor.npz", "--speed", "20", "--json"]) == 0
     read = json.loads(capsys.readouterr().out)
     assert main(["modes", "rotor.toml", "--speed", "20", "--json"]) == 0
@@ -275,8 +275,8 @@ def test_the_command_prints_tables_and_draws_a_campbell_picture(tmp_path, monkey
 
 
 BAD = {
-    "two kinds of speeds": (["--speed", "3", "--speeds", "0:1:3"], "without --speed"),
-    "a picture of one speed": (["-o", "x.png"], "must come with --speeds"),
+    "two kinds of speeds": (["--speed", "3", "--speeds", "0:1:3"], "cannot be combined with --speed"),
+    "a picture of one speed": (["-o", "x.png"], "requires --speeds"),
     "no range": (["--speeds", "0-100"], "FROM:TO:NUMBER"),
     "a range of one": (["--speeds", "3:3:5"], "FROM:TO:NUMBER"),
     "one speed": (["--speeds", "0:100:1"], "FROM:TO:NUMBER"),

@@ -155,7 +155,7 @@ def test_the_command_and_the_page_tell_what_is_not_kept(tmp_path, capsys):
     assert main(["check", str(path), "--output", str(tmp_path / "out")]) == 0
     assert "not kept without contact: margin of the peak at 60" in " ".join(capsys.readouterr().out.split())
     page = (tmp_path / "out" / "report.html").read_text()
-    assert "Beside the limits, at the contact" in page
+    assert "Limits at the contact" in page
     stored = json.loads((tmp_path / "out" / "report.json").read_text())
     made = rsc.limits(scene)
     assert stored["limits"]["vibration"] == made.vibration

@@ -212,7 +212,7 @@ BAD_DATA = {
     "a cell missing": ("t,X,Y,KPH\n" + "1,2,3,4\n" * 80 + "1,,3,4\n", "is not 4 numbers"),
     "few samples": ("t,X,Y,KPH\n" + "1,2,3,4\n" * 8, "at least 64"),
     "times that stand": ("t,X,Y,KPH\n" + "1,2,3,4\n" * 80, "different times"),
-    "times that go back": ("t,X,Y,KPH\n" + "".join(f"{t % 50},2,3,4\n" for t in range(90)), "go back"),
+    "times that go back": ("t,X,Y,KPH\n" + "".join(f"{t % 50},2,3,4\n" for t in range(90)), "decreasing times"),
     "no such column": ("t,X,Z,KPH\n" + "".join(f"{t},2,3,4\n" for t in range(90)), "no column 'Y'"),
     "a silent Keyphasor": ("t,X,Y,KPH\n" + "".join(f"{t},2,3,4\n" for t in range(90)), "fewer pulses than tell a speed"),
     "a huge gap": ("t,X,Y,KPH\n" + "".join(f"{t + (t > 80) * 1e9},2,3,4\n" for t in range(90)), "more than it has"),

@@ -49,5 +49,5 @@ def test_the_command_draws_a_shaft_and_nothing_else(tmp_path, capsys):
     assert main(["modes", str(tmp_path / "rig.toml"), "-o", str(tmp_path / "rig.png")]) == 0
     assert (tmp_path / "rig.png").read_bytes()[:4] == b"\x89PNG"
     assert main(["modes", str(tmp_path / "laval.toml"), "-o", str(tmp_path / "laval.png")]) == 2
-    assert "a picture of a shaft by its stations" in capsys.readouterr().err and not (tmp_path / "laval.png").exists()
+    assert "a scene with a shaft model" in capsys.readouterr().err and not (tmp_path / "laval.png").exists()
     assert drawing(rsc.Scene.from_toml(template("laval"))) is None

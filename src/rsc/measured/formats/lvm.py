@@ -57,14 +57,14 @@ def _names(content: bytes, begin: int, separator: str) -> tuple[list[str], int]:
     """The names over the rows, without that of the comment, and where the rows begin."""
     end = content.find(b"\n", begin)
     if end < 0:
-        raise NoColumns("ends behind its head")
+        raise NoColumns("ends after its header")
     names = [name.strip() for name in decoded(content[begin:end]).split(separator)]
     first = decoded(content[end + 1 : end + 20_001]).partition("\n")[0].split(separator)
     count = len(first) if len(names) > len(first) else len(names)
     while count and (names[count - 1] in _NEVER or (count <= len(first) and not NUMBER.fullmatch(first[count - 1].strip()))):
         count -= 1
     if count < 2:
-        raise NoColumns("has no line of two or more numbers behind its head")
+        raise NoColumns("has no line of two or more numbers after its header")
     return names[:count], end + 1
 
 

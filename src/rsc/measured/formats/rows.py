@@ -82,7 +82,7 @@ def columns_of(body: bytes, form: RowForm, columns: list[int]) -> list[NDArray[n
         match = _BAD.search(str(error))
         where = f": row {int(match['row']) + 1} has {one_line(match['text'])[:60]}" if match else ""
         hint = "; give measured.rate instead of times of day" if match and ":" in match["text"] else ""
-        raise NoColumns(f"a line behind its head is not {form.width} numbers{where}{hint}") from None
+        raise NoColumns(f"a line after its header is not {form.width} numbers{where}{hint}") from None
     return [data[:, i] for i in range(len(columns))]
 
 
@@ -98,7 +98,7 @@ def _refuse_other_widths(body: bytes, form: RowForm) -> None:
     for number, line in enumerate(io.BytesIO(body), 1):  # blank lines are rows to nobody
         if line.strip() and line.count(parted) != first:
             raise NoColumns(
-                f"a line behind its head is not {form.width} numbers: line {number} from its first numbers on has "
+                f"a line after its header is not {form.width} numbers: line {number} from its first numbers on has "
                 f"{line.count(parted) + 1} fields, the first {first + 1}"
             )
 
@@ -114,4 +114,4 @@ def _unquoted(body: bytes, form: RowForm) -> bytes:
     try:
         return "\n".join(lines()).encode("latin-1")
     except csv.Error as error:
-        raise NoColumns(f"a line behind its head cannot be parted: {one_line(error)[:60]}") from None
+        raise NoColumns(f"a line after its header cannot be split: {one_line(error)[:60]}") from None

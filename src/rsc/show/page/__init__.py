@@ -117,7 +117,7 @@ def _body(report, title, figures, orbits):
         "forward and the backward line there.</p></section>"
         f"<section><h2>Unbalance response</h2>{figures['Unbalance response']}{sections.limits(report)}</section>"
         f"{_section('Energy', figures['Energy'])}{_section('What can last', sections.motions(report))}"
-        f"{_section(f'{report.word.capitalize()} beside predicted', sections.windows(report))}"
+        f"{_section(f'{report.word.capitalize()} and predicted', sections.windows(report))}"
         f"<section><h2>Assumptions and their sizes</h2>{sections.assumptions(report)}</section>"
         f"<section><h2>Origin</h2>{sections.origin(report)}</section></main>"
     )

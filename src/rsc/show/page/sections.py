@@ -63,7 +63,7 @@ def limits(report):
     header, rows = limits_cells(report.limits)
     peaks = table(header, rows) if rows else "<p>The unbalance response has no peak.</p>"
     told = answers([*limits_lines(report.limits), ("note", SOURCE)])
-    return f"<h3>Beside the limits, at {escape(report.limits.probe)}</h3>{peaks}{told}"
+    return f"<h3>Limits at {escape(report.limits.probe)}</h3>{peaks}{told}"
 
 
 def windows(report, most=60):
@@ -87,7 +87,7 @@ def assumptions(report):
     lag = report.best.lag[np.isfinite(report.best.lag)]
     if lag.size:
         largest = float(np.abs(lag).max())
-        rows.append(("amplitude behind the steady whirl's", f"up to {100.0 * largest:.2g} %", "computed, part of the prediction"))
+        rows.append(("amplitude lag of the whirl", f"up to {100.0 * largest:.2g} %", "computed, part of the prediction"))
     reached = report.best.reached[np.isfinite(report.best.reached)]
     if reached.size:
         rows.append(("windows without a steady whirl", f"{(reached < 1.0).sum()}", "the unbalance ends it (harmonic balance)"))

@@ -38,8 +38,8 @@ PICTURES = {
     "waterfall": Entry(pictures.waterfall, file="waterfall"),
     "amplitude": Entry(
         pictures.amplitude,
-        "Largest and smallest distance at the contact in every window, the predicted whirls with what the unbalance "
-        "makes of them, and the line at the rotor speed (1X).",
+        "Largest and smallest distance at the contact in every window, the predicted whirls with their unbalance "
+        "response, and the line at the rotor speed (1X).",
         "Amplitude",
         "amplitude",
         compares=True,
@@ -51,7 +51,7 @@ PICTURES = {
     ),
     "force": Entry(
         pictures.force,
-        "Normal force of the contact: mean and largest in every window, beside that of the predicted whirls.",
+        "Normal force of the contact: mean and largest in every window, and that of the predicted whirls.",
         "Force and friction",
         "contact",
     ),
@@ -70,7 +70,7 @@ PICTURES = {
     ),
     "bode_phase": Entry(
         pictures.bode_phase,
-        "Bode: forward line at the rotor speed, angle by which it lags behind the mark on the shaft.",
+        "Bode: forward line at the rotor speed, phase lag relative to the mark on the shaft.",
         "Unbalance response",
     ),
     "polar": Entry(

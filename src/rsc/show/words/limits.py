@@ -57,7 +57,7 @@ def limits_text(acceptance, title):
 
 def _row(peak):
     known = not math.isnan(peak.amplification)
-    amplification = f"{peak.amplification:.3g}" if known else "not told"
+    amplification = f"{peak.amplification:.3g}" if known else "unknown"
     needed = "-" if not known else "outside" if math.isinf(peak.needed) else f"{100.0 * peak.needed:.3g} %"
     margin = f"{100.0 * peak.margin:.3g} %" if peak.margin else "inside"
     verdict = "kept" if peak.kept else "not kept" if known else "-"

@@ -34,7 +34,7 @@ def _report_text(report):
     title = one_line(report.result.scene.title)
     lines = [answer_text(report), "", title, "", "predicted whirls", branches_text(report.branches, gap), ""]
     about = f"windows of {report.fall.window:.3g} s; lengths over the gap{at_lead(report)}{_other_psi()}"
-    lines += [f"{report.word} beside predicted ({about})"]
+    lines += [f"{report.word} and predicted ({about})"]
     lines += [table(*window_cells(report, MOST_ROWS)), ""]
     for change in report.transitions:
         seen = f", first seen at {frequency_text(change.first_seen, '.1f')}" if change.first_seen != change.taken_over else ""
@@ -247,7 +247,7 @@ def whirls_text(whirls, gap, remarks=(), ratios=(), loads=()):
     pairs = zip(whirls, loads, strict=False)
     lines += [f"whirl {frequency_text(w.frequency, '.4f')} {loads_text(own)}" for w, own in pairs if own]
     if ratios:
-        lines += ["normal forces of two whirls, where their ratio tells stability", _ratios(ratios)]
+        lines += ["normal forces of pairs of whirls whose ratio decides stability", _ratios(ratios)]
     return "\n".join(lines)
 
 

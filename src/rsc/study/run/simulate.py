@@ -108,7 +108,7 @@ def simulate(
         _compile(run, note)
         note(foresee(*sizes))
         if not writer.locked:
-            note(f"{path}: its disk has no locks, so that nothing keeps a second run from writing it as well")
+            note(f"{path}: its disk has no locks, so a second run could write it at the same time")
         if old is None:
             discard_left(path)  # of an older run that was never continued: it must not be taken for this one
             # even a run that ends before its first sample has all its arrays and a checkpoint
@@ -161,7 +161,7 @@ def _to_resume(
     """
     source = resumable(path)
     if source is None:
-        note(f"{path}: the run was killed before its first checkpoint, and begins anew")
+        note(f"{path}: the run was killed before its first checkpoint, and starts again")
         return run_of(scene), None
     stored = ResultFile(source).scene()
     if stored.solver.method in RETIRED_METHODS:
@@ -198,8 +198,8 @@ def _refuse_other_state(
         next(block for block, status in run.chunks() if len(block["time"]) or status or _is_behind(run, checkpoint))
     again = run.checkpoint()
     if any(values.tobytes() != again[name].tobytes() for name, values in checkpoint.items()):
-        problem = "its last checkpoint is not what the one before it, or the scene, leads to"
-        raise DataError(path, f"{problem}: start anew, or give --not-bitwise (Python: bitwise=False) to believe it")
+        problem = "its last checkpoint does not follow from the one before it or from the scene"
+        raise DataError(path, f"{problem}: start again, or give --not-bitwise (Python: bitwise=False) to accept it")
 
 
 def _is_behind(run: Run, checkpoint: Mapping[str, np.ndarray]) -> bool:
@@ -284,7 +284,7 @@ class _Pace:
         if left < LONG_RUN:
             return ""
         hours = f"another {left / 3600.0:.2g} h" if left < 3e7 else "more than a year"
-        return f"{advanced:.3g} s of the run took {elapsed:.1f} s: at this pace it will take {hours}; Ctrl-C keeps what there is"
+        return f"{advanced:.3g} s of the run took {elapsed:.1f} s: it will take {hours}; Ctrl-C keeps the results so far"
 
 
 @contextlib.contextmanager

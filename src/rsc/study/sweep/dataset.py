@@ -174,12 +174,12 @@ def load_dataset(path: str | os.PathLike[str]) -> Labelled:
 # what holds of a whirl that may roll because it cannot slide
 _BESIDE_SLIDING = ("psi_real", "normal_force_positive", "asynchronous_force_dominates", "contact_stiff_enough")
 _DERIVED = {
-    "danger": Column("c", "", "the worst that backward whirls do here; -1: not predicted, as status tells"),
+    "danger": Column("c", "", "class of danger by backward whirl; -1: not predicted, see status"),
     "whirl_frequency": Column("f", "Hz", "frequency of the largest predicted backward whirl, a stable one where there is one"),
     "whirl_amplitude": Column("f", "m", "its amplitude at the contact"),
     "whirl_force": Column("f", "N", "its normal force"),
     "whirl_growth_rate": Column("f", "1/s", "its growth rate"),
-    "whirl_pressed": Column("i", "1", "contacts that it presses, as `pressed` tells them"),
+    "whirl_pressed": Column("i", "1", "contacts that it presses, coded as `pressed`"),
 }
 
 

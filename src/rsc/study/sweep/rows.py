@@ -47,8 +47,8 @@ class Column:
 
 STATUS = {
     "status": Column("S", "", "how the case ended"),
-    "reason": Column("S", "", "why it did not finish, or what slowed it down"),
-    "scene_hash": Column("S", "", "SHA-256 of the resolved scene, as `rsc verify` tells it"),
+    "reason": Column("S", "", "why it did not finish, or what limited its steps"),
+    "scene_hash": Column("S", "", "SHA-256 of the resolved scene, as printed by `rsc verify`"),
 }
 _CONDITIONS = {
     "psi_real": "the whirl is not at its fold",
@@ -56,7 +56,7 @@ _CONDITIONS = {
     "asynchronous_force_dominates": "the force of the whirl is larger than three times that of the unbalance",
     "rotor_amplitude_exceeds_gap": "the rotor's amplitude is larger than the gap",
     "sliding": "the contact slides forward",
-    "contact_stiff_enough": "the contact is stiff beside the force",
+    "contact_stiff_enough": "the contact is stiff compared with the force",
     "nearly_circular": "the whirl is nearly a circle",
     "within_clearances": "the whirl touches none of the places that are watched",
 }
@@ -70,7 +70,7 @@ COLUMNS: dict[str, dict[str, Column]] = {
         "rotor_amplitude": Column("f", "m", "amplitude of the rotor at that contact", True),
         "stator_amplitude": Column("f", "m", "amplitude of the stator at that contact", True),
         "growth_rate": Column("f", "1/s", "largest growth rate of a small motion about the whirl", True),
-        "growth_frequency": Column("f", "Hz", "frequency of that motion beside the whirl", True),
+        "growth_frequency": Column("f", "Hz", "frequency of that motion relative to the whirl", True),
         "stable": Column("b", "1", "whether every small motion decays, of a circle that touches no clearance", True),
         "clearance_share": Column("f", "1", "largest deflection over gap at the clearances that are watched", True),
         "clearance": Column("c", "1", "number of the clearance where that is, as in the scene, counted from 0", True),
