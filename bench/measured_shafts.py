@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT / "tools"), str(ROOT / "tests" / "support")]
+sys.path += [str(ROOT / "tests" / "support"), str(ROOT / "tools")]
 
 import pages  # noqa: E402
 from rsc.measured.shaft import shaft_of  # noqa: E402

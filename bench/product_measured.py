@@ -130,7 +130,7 @@ class _Seen:
         """The force of the model against that of the motion, which the probes did not see."""
         match = re.search(rf"presses with {SAID}(?: to {SAID})?", text)
         if match is None:
-            yield "" if text.startswith("nothing is claimed") else "unreadable"
+            yield "" if text.startswith("unknown: ") else "unreadable"
             return
         low = size_of(match[1], match[2])
         high = size_of(match[4], match[5]) if match[4] else low

@@ -31,6 +31,7 @@ FIGURES = {
     "two_seals": "#force",
     "rotor_drop": "",
     "fitted": "#amplitude",
+    "own_integrator": "",
 }
 WIDTH = 900
 

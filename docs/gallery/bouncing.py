@@ -5,7 +5,6 @@ rotor leaves the ring: it comes back, bounces, and stays in a backward whirl of 
 """
 
 import rsc
-from rsc.show.page import write_page
 
 PUMP = rsc.Scene.from_toml("""
 title = "Pump rotor, friction 0.3, after an impact"
@@ -51,4 +50,4 @@ report = rsc.check(PUMP)
 last = report.stretches.tail(2.0)
 told = f"{last.turning:.1f} Hz, peaks of {last.force_max:.0f} N, in contact for {last.share:.0%} of the time"
 print(f"simulated: {report.features.kind[-1]}, {told}")
-write_page(report, "bouncing.html")
+report.save_html("bouncing.html")

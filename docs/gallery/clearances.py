@@ -5,7 +5,6 @@ the run and every prediction tell what is touched there. A whirl that touches is
 """
 
 import rsc
-from rsc.show.page import write_page
 from rsc.show.words.answer import answer
 
 PUMP = rsc.Scene.from_toml("""
@@ -58,4 +57,4 @@ told = dict(answer(report))
 print(f"run-up: {told['whirl']}")
 begin = report.result.time[report.result.normal_force > 0.0][0]
 print(f"run-up: {told['clearances']}; the wear ring rubs from {begin:.2f} s on")
-write_page(report, "clearances.html")
+report.save_html("clearances.html")

@@ -5,7 +5,6 @@ times as hard as the water at full speed, and more below. A prescribed coast-dow
 """
 
 import rsc
-from rsc.show.page import write_page
 from rsc.show.words.held import outcomes_text
 
 PUMP = rsc.Scene.from_toml("""
@@ -51,4 +50,4 @@ run = report.result
 print(f"with the motor: {run.speed[run.time < PUMP.drive.trip][-1]:.2f} Hz at the trip")
 slow, end = (time - PUMP.drive.trip for time in (run.time[run.speed > 1.0][-1], run.summary.end_time))
 print(f"after the trip: below 1 Hz in {slow:.1f} s, {run.status} in {end:.1f} s; {-run.ledger.friction_in:.0f} J of heat in all")
-write_page(report, "coast_down.html")
+report.save_html("coast_down.html")

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import rsc
 from rsc.machine.imports.ross import read_ross
-from rsc.show.page import write_page
 from rsc.study.import_model import import_model
 
 FILE = Path(__file__).parents[2] / "data" / "reference" / "machines" / "ross_compressor_9000rpm.mat"
@@ -43,4 +42,4 @@ i = int(listed.stable.argmax())
 for j in sorted(range(len(guessed)), key=lambda j: -abs(listed.normal_force[j, i])):
     print(f"1 % of {guessed[j]} changes its force by {listed.normal_force[j, i] / force:+.2f} %")
 
-write_page(rsc.check(scene), "compressor.html")
+rsc.check(scene).save_html("compressor.html")

@@ -7,7 +7,6 @@ reconstruction: the paper's parameters are not published.
 from pathlib import Path
 
 import rsc
-from rsc.show.page import write_page
 
 REFERENCE = Path(__file__).parents[2] / "data" / "reference"
 
@@ -20,4 +19,5 @@ for branch in report.branches:
 for change in report.transitions:
     print(f"whirl {change.before} to {change.after} at {change.taken_over:.1f} Hz of rotor speed: {change.verdict}")
 print(report.agreement)
-write_page(report, "figure3.html")
+report.save_html("figure3.html")
+report.plot("campbell").figure.savefig("figure3.pdf")

@@ -8,7 +8,6 @@ it tells worst, and says by how much.
 import math
 
 import rsc
-from rsc.show.page import write_page
 
 TRUTH = rsc.Scene.from_toml("""
 title = "Pump rotor in its casing ring, fitted"
@@ -39,4 +38,4 @@ for value, truth in zip(fit.values, (0.2, 2.5e-4, 5e7, casing), strict=True):
 
 report = rsc.compare(fit.scene, measured)
 print(f"the scene as fitted: {report.agreement}")
-write_page(report, "fitted.html")
+report.save_html("fitted.html")

@@ -9,7 +9,6 @@ import numpy as np
 from scipy.optimize import root
 
 import rsc
-from rsc.show.page import write_page
 from rsc.show.words.answer import answer
 
 RADIUS, LENGTH, CLEARANCE, OIL = 0.025, 0.02, 5e-5, 0.015  # m, m, m, Pa s
@@ -64,4 +63,4 @@ for speed in (80.0, 100.0, 120.0, 140.0, 160.0):
 report = rsc.check(scene)
 told = dict(answer(report))
 print(f"{told['whirl']}; {told['clearances']}")
-write_page(report, "journal_bearings.html")
+report.save_html("journal_bearings.html")

@@ -5,7 +5,6 @@ The scene it is compared with has half of the friction; the comparison finds tha
 """
 
 import rsc
-from rsc.show.page import write_page
 
 PUMP = rsc.Scene.from_toml("""
 title = "Pump rotor in its casing ring, measured"
@@ -29,4 +28,4 @@ for root in doubtful.nearest:
 
 report = rsc.compare(PUMP, measured)
 print(f"with a friction of 0.2: {report.agreement}")
-write_page(report, "measured.html")
+report.save_html("measured.html")

@@ -8,7 +8,6 @@ The shaft is vertical: no weight acts sideways.
 from math import pi
 
 import rsc
-from rsc.show.page import write_page
 
 DRY = rsc.Scene.from_toml("""
 title = "Vertical pump, dry seal ring"
@@ -51,4 +50,4 @@ reports = {"dry": rsc.check(DRY), "wet": rsc.check(WET)}
 for name, report in reports.items():
     stable = [f"{w.frequency:.1f} Hz, {w.normal_force:.0f} N" for w in rsc.predict(report.result.scene, speed) if w.stable]
     print(f"{name}: predicted to be stable: {', '.join(stable) or 'no whirl'}; the impact ends in {report.features.kind[-1]}")
-write_page(reports["dry"], "pump_seal.html")
+reports["dry"].save_html("pump_seal.html")

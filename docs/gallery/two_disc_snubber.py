@@ -5,7 +5,6 @@ a higher speed than the one at which it touches first when it runs down.
 """
 
 import rsc
-from rsc.show.page import write_page
 
 RIG = rsc.Scene.from_toml("""
 title = "Two-disc rig with a snubber, run-up"
@@ -43,4 +42,4 @@ for name, report in (("up", up), ("down", down)):
     touching = [speed for speed, kind in zip(report.fall.speed, report.features.kind, strict=True) if kind != "no contact"]
     force = report.stretches.whole().force_max
     print(f"{name}: in contact from {min(touching):.1f} to {max(touching):.1f} Hz, up to {force:.0f} N")
-write_page(up, "two_disc_snubber.html", [down])
+up.save_html("two_disc_snubber.html", others=[down])

@@ -6,7 +6,6 @@ the balance drum, so that this whirl does not exist. The whirl at both seals has
 
 import rsc
 from rsc.measure.words import FREQUENCY
-from rsc.show.page import write_page
 
 PUMP = rsc.Scene.from_toml("""
 title = "Pump with two seals"
@@ -61,4 +60,4 @@ for name, course in report.contacts.items():
     print(f"{name}: {course.kind[-1]}, {course.over_gap[-1]:.2f} gaps, {course.force[-1] / 1e3:.1f} kN in the end")
 last = [row for row in report.rows if row.quantity == FREQUENCY][-1]
 print(f"whirl in the end: {last.simulated:.2f} Hz, predicted {last.predicted:.2f} Hz: {last.verdict}")
-write_page(report, "two_seals.html")
+report.save_html("two_seals.html")

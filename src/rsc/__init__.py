@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from rsc.measured.virtual import write_measured
     from rsc.results.trajectory import Trajectory, load
     from rsc.scene.scene import Scene, load_scene
+    from rsc.study.equations.benchmark import Benchmark, benchmark
+    from rsc.study.equations.equations import Equations, equations
+    from rsc.study.explore.server import Explorer, explore
     from rsc.study.fit.fit import Fit, fit
     from rsc.study.motions.motions import motions
     from rsc.study.motions.remedy import remedy
@@ -34,8 +37,11 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AtContact",
+    "Benchmark",
     "Campbell",
     "DataError",
+    "Equations",
+    "Explorer",
     "Fit",
     "ForceRatio",
     "Measured",
@@ -51,12 +57,15 @@ __all__ = [
     "Whirl",
     "WhirlArrays",
     "Whirls",
+    "benchmark",
     "cases",
     "check",
     "compare",
     "crossing",
     "delay",
     "envelope",
+    "equations",
+    "explore",
     "fit",
     "fold",
     "force_ratios",
@@ -102,6 +111,9 @@ _HOMES = {
     "rsc.study.report.check": ("check",),
     "rsc.study.report.compare": ("compare",),
     "rsc.study.run.ensemble": ("simulate_many",),
+    "rsc.study.equations.benchmark": ("Benchmark", "benchmark"),
+    "rsc.study.equations.equations": ("Equations", "equations"),
+    "rsc.study.explore.server": ("Explorer", "explore"),
     "rsc.study.fit.fit": ("Fit", "fit"),
     "rsc.study.motions.smallest_impulse": ("smallest_impulse",),
     "rsc.study.motions.motions": ("motions",),

@@ -42,7 +42,7 @@ def test_where_there_is_nothing_to_show_there_is_none():
     assert NAME in described(report, Abscissa(report)) and PICTURES[NAME].describe(held, along) is None
 
 
-@pytest.mark.parametrize(("kind", "ask"), [("pie", page), ("bar", lambda report: draw(report, None))])
+@pytest.mark.parametrize(("kind", "ask"), [("pie", page), ("sunburst", lambda report: draw(report, None))])
 def test_a_trace_that_a_renderer_does_not_know_is_refused(kind, ask, monkeypatch):
     trace = {"type": kind, "x": [0.0], "y": [1.0], "name": ""}
     picture = {"data": [trace], "layout": {"xaxis": {"title": ""}, "yaxis": {"title": ""}, "height": 240}}

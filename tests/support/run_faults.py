@@ -80,7 +80,7 @@ def after(scene, path, whole):
     if left is None:  # the fault came before the first checkpoint: said so, and the run begins anew
         told = []
         verdict = _same(rsc.simulate(scene, path=path, resume=True, note=told.append), whole)
-        return "nothing whole", verdict if any("begins anew" in line for line in told) else "begun anew without a word"
+        return "nothing whole", verdict if any("starts again" in line for line in told) else "begun anew without a word"
     try:
         checkpoint = ResultFile(left).checkpoint()[0]
     except rsc.DataError:

@@ -18,6 +18,7 @@ from rsc.cli import (
     check,
     compare,
     completion,
+    explore,
     fit,
     impact,
     import_model,
@@ -41,6 +42,7 @@ from rsc.operating_system import SENT_TWICE, STOPS, address_space
 
 COMMANDS = (
     check, compare, fit, run, predict, modes, limits, motions, remedy, report, sweep, impact, plot, new, import_model, completion,
+    explore,
 )  # fmt: skip
 LEAST_ADDRESS_SPACE = 1e9  # bytes; compiling the kernel takes most of it
 

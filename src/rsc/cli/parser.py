@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 # the list of `rsc --help`; a command stands in one group (tested)
 GROUPS = {
     "run and report": ("new", "check", "run", "report", "plot"),
-    "analysis of a machine": ("predict", "modes", "limits", "motions", "impact", "remedy"),
+    "analysis of a machine": ("predict", "modes", "limits", "motions", "impact", "remedy", "explore"),
     "parameter sweeps": ("sweep",),
     "measured data": ("compare", "fit"),
     "files": ("import", "info", "verify", "completion"),

@@ -71,7 +71,7 @@ def _sweep(options: argparse.Namespace) -> int:
             data = computed(plan, store, options.resume, **how)
     except KeyboardInterrupt:
         # the threads are left at their parts: what is whole is in the store
-        print(f"error: interrupted; rsc sweep ... -o {store.folder} --resume goes on", file=sys.stderr, flush=True)
+        print(f"error: interrupted; rsc sweep ... -o {store.folder} --resume continues it", file=sys.stderr, flush=True)
         os._exit(INTERRUPTED)
     return _told(data, store, options)
 

@@ -1,8 +1,9 @@
 """The list of motions that last at a rotor speed: simulated ones, and predicted ones not reached."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from scipy.special import betaincinv
 from rsc.files.tables import Table
 from rsc.measure.final import FinalMotion
 from rsc.measure.kinds import BACKWARD, Kind
+from rsc.presented import Brief, drawing
 from rsc.system.border import Border
 from rsc.system.held import Held
 
@@ -135,8 +137,8 @@ class AssumedRoll:
     border: Border | None
 
 
-@dataclass(frozen=True)
-class Motions:
+@dataclass(frozen=True, repr=False)
+class Motions(Brief):
     """The motions that last at a speed, the most dangerous first.
 
     speed : float Hz; gap : float m, of several contacts the smallest
@@ -174,6 +176,25 @@ class Motions:
     largest_at: dict[str, float] = field(default_factory=dict)
     smallest: SmallestImpact | None = None
     assumed: tuple[AssumedRoll, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.motions)
+
+    def __iter__(self) -> Iterator[LastingMotion]:
+        return iter(self.motions)
+
+    def __getitem__(self, number: int) -> LastingMotion:
+        return self.motions[number]
+
+    def __bool__(self) -> bool:
+        return True  # a list without motions is an answer too
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the random impacts, of several contacts those at the first, coloured by the motion in which each ends.
+
+        ax : matplotlib axes, by default those of a new figure. Returns the axes.
+        """
+        return drawing().motions(self, ax)
 
     @property
     def impacts(self) -> str:

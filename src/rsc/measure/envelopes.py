@@ -2,16 +2,18 @@
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rsc.arguments import REAL, REALS, SIGNAL, takes
 from rsc.measure.spectra import checked_signal, samples_of_window
+from rsc.presented import Brief, drawing
 
 
-@dataclass(frozen=True, eq=False)
-class Envelope:
+@dataclass(frozen=True, eq=False, repr=False)
+class Envelope(Brief):
     """Extremes of |signal| in consecutive windows: speed (Hz), time (s), minimum and maximum (m), each
     (n_w,)."""
 
@@ -19,6 +21,13 @@ class Envelope:
     time: NDArray[np.float64]
     minimum: NDArray[np.float64]
     maximum: NDArray[np.float64]
+
+    def plot(self, ax: Any = None, **style: Any) -> Any:
+        """Draw both over time.
+
+        ax : matplotlib axes, by default those of a new figure; style : properties of lines of matplotlib. Returns the axes.
+        """
+        return drawing().envelopes(self, ax, style)
 
 
 @takes(time=REALS, signal=SIGNAL, speed=REALS, window=REAL)

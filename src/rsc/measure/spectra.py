@@ -10,13 +10,14 @@ neighbouring bins without the large-N approximation.
 
 import math
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rsc.arguments import FALL, REAL, REALS, SIGNAL, TEXT, WHOLE, optional, takes
 from rsc.errors import DataError
+from rsc.presented import Brief, drawing
 
 Side = Literal["negative", "positive"]  # backward, forward
 MOST_LINES = 1000  # of a window
@@ -35,8 +36,8 @@ MOST_FACTOR = 11
 MIN_SAMPLES = 16
 
 
-@dataclass(frozen=True, eq=False)
-class Waterfall:
+@dataclass(frozen=True, eq=False, repr=False)
+class Waterfall(Brief):
     """Amplitude spectra of consecutive windows.
 
     Attributes
@@ -55,9 +56,20 @@ class Waterfall:
     window: float
     n_samples: int
 
+    def plot(self, ax: Any = None, **style: Any) -> Any:
+        """Draw the amplitudes over whirl frequency and rotor speed (over time where the speed turns back).
 
-@dataclass(frozen=True, eq=False)
-class Peaks:
+        ax : matplotlib axes, by default those of a new figure; style : properties of lines of matplotlib. Returns the axes.
+        """
+        return drawing().spectra(self, ax, style)
+
+    def plot_cascade(self, ax: Any = None, **style: Any) -> Any:
+        """Draw stacked spectra, each on its place along the run; arguments and result as `plot`."""
+        return drawing().cascade(self, ax, style)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Peaks(Brief):
     """The strongest lines of each window on one side, strongest first, NaN where there is none.
 
     Attributes
@@ -74,8 +86,8 @@ class Peaks:
     side: Side
 
 
-@dataclass(frozen=True, eq=False)
-class Line:
+@dataclass(frozen=True, eq=False, repr=False)
+class Line(Brief):
     """One line followed through the windows: speed, time, frequency, amplitude, each (n_w,); NaN where it is
     absent."""
 

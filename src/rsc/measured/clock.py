@@ -92,7 +92,7 @@ def _refuse_contradictions(signals: list[Signal], source: str) -> None:
     if one_rate and not one_length and max(starts) - min(starts) <= _TOGETHER * signals[0].step:
         listed = ", ".join(f"{signal.name} {count}" for signal, count in zip(signals, counts, strict=True))
         problem = f"its channels have not one length ({listed}) from one start at one rate"
-        raise DataError(source, f"{problem}: samples are lost, and nothing says where")
+        raise DataError(source, f"{problem}: samples are missing at unknown places")
 
 
 def at(signal: Signal, clock: CommonClock) -> NDArray[np.float64]:

@@ -49,7 +49,7 @@ class Channels:
     keyphasor_angle: float = declare(
         Number("angle in degrees", low=-720.0, high=720.0), 0.0, meaning="Direction of the Keyphasor, from y towards z."
     )
-    speed: str | None = declare(Text(), None, meaning=f"Speed of the shaft, {COLUMN}, where there is no Keyphasor.")
+    speed: str | None = declare(Text(), None, meaning=f"Speed of the shaft, {COLUMN}, without a Keyphasor.")
     speed_unit: float | None = declare(
         Number("frequency", above=0.0),
         None,
@@ -65,7 +65,7 @@ class Channels:
         None,
         meaning="Lowest and highest speed at which only runout is seen: it is taken off, with the position there.",
     )
-    probe: tuple[Probe, ...] = declare(Sequence(Text()), meaning="The two probes, each a table of its own.")
+    probe: tuple[Probe, ...] = declare(Sequence(Text()), meaning="The two probes, one table each.")
 
     one_of = ((("keyphasor", "speed"), None), (("time", "rate"), OPTIONAL))
 

@@ -26,8 +26,8 @@ MOST_SLOW = 50_000  # samples that tell runout
 HARMONICS = 10  # of the shaft, of which runout consists
 NO_MARK = "no Keyphasor: phases at the rotor speed are counted from the first sample, and no fit takes them"
 NO_TOOTH = (
-    "nobody knows which of {} pulses in a turn is the mark: "
-    "phases at the rotor speed are counted from the first, and no fit takes them"
+    "it is unknown which of {} pulses in a turn is the mark: "
+    "phases at the rotor speed are measured from the first one and not fitted"
 )
 STANDS = 0.02  # of the largest speed, below which a measured one of the other sign is that of a shaft at rest
 _SPANS = 64  # of a run, between whose mean speeds its steepest rise is read
@@ -204,7 +204,7 @@ def _one_way(speed: NDArray[np.float64], source: str) -> NDArray[np.float64]:
     least = STANDS * max(-low, high)
     if low < -least and high > least:
         turns = f"turns at {low:.4g} to {high:.4g} Hz: the shaft reverses"
-        raise DataError(source, f"{turns}; give the rows of each way in a file of its own, with measured.sense for that way")
+        raise DataError(source, f"{turns}; give the rows of each direction in a separate file, with its measured.sense")
     return np.maximum(-speed if high <= least else speed, 0.0)
 
 

@@ -89,7 +89,7 @@ def _size(channel: Channel, wanted: str, by_table: float | None, key: str, sourc
 def _unused(name: str, unit: str, known: tuple[str, float] | None) -> list[str]:
     if not unit or known:
         return []
-    return [f"the unit of {name} in the file, {one_line(bare(unit))[:30]}, is none that rsc knows: not used"]
+    return [f"the unit of {name} in the file, {one_line(bare(unit))[:30]}, is unknown to rsc: not used"]
 
 
 def _refusal(source: str, key: str, value: float | None, wanted: str, hint: str = "") -> SceneError:

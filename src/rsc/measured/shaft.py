@@ -87,7 +87,7 @@ def _of_pulses(events: int, missing: int, extra: int) -> list[str]:
     if missing:
         told.append(f"{missing} of {events - extra + missing} pulses of the shaft are missing: interpolated between neighbours")
     if extra:
-        told.append(f"{extra} of {events} pulses of the shaft are too many: left out")
+        told.append(f"{extra} of {events} pulses of the shaft are surplus: ignored")
     return told
 
 

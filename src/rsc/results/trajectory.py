@@ -2,7 +2,7 @@
 
 import contextlib
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,7 @@ from rsc.arguments import FLAG, PATH, takes
 from rsc.errors import SceneError, one_line
 from rsc.files.tables import Table, html
 from rsc.measure.stretches import Stretches, side_by_side
+from rsc.presented import drawing
 from rsc.results.result_file import ResultFile, ResultWriter
 from rsc.results.result_format import MOTIONS, locked, motions_of, moving_body, series_of
 from rsc.results.summary import Ledger, Status, Summary
@@ -50,7 +51,7 @@ class Samples:
         return self.stator
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Trajectory:
     """A run: uniformly sampled motion, status, counters and energy ledger. Arrays are read when first asked for.
 
@@ -246,6 +247,23 @@ class Trajectory:
             for i, motion in enumerate(getattr(self, name).T):
                 columns |= {f"{label} {i} y in {unit}": motion.real, f"{label} {i} z in {unit}": motion.imag}
         return Table(tuple(columns), np.column_stack(list(columns.values())).tolist())
+
+    def plot(self, kind: str = "orbit", ax: Any = None, time: float | Sequence[float] | None = None, **style: Any) -> Any:
+        """Draw the motion at the contact.
+
+        kind : "orbit", "envelope" (largest and smallest distance over time) or "spectrum" (two-sided, at a time)
+        ax : matplotlib axes, by default those of a new figure
+        time : s, middle of the window that is shown, or its (begin, end); by default the last window, of an envelope the run
+        style : properties of lines of matplotlib. Returns the axes; SceneError for another kind, or a time outside the run.
+        """
+        return drawing().trajectory(self, kind, ax, time, style)
+
+    def __repr__(self) -> str:
+        summary, title = self.summary, one_line(self.scene.title)
+        ended = f"{summary.status} at {summary.end_time:.6g} s"
+        samples = f"{self.n_time} samples at {self.scene.output.rate:g} Hz"
+        touched = f"{summary.contact_onsets} onsets, {summary.contact_time:.4g} s in contact"
+        return f"Trajectory({title[:60]!r}, {ended}, {samples}, {touched})"
 
     def _repr_html_(self) -> str:
         summary = self.summary

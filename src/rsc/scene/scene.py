@@ -14,6 +14,7 @@ from typing import Any
 
 from rsc.arguments import NAMED, PATH, TEXT, takes
 from rsc.errors import SceneError, nearest, one_line, shown
+from rsc.presented import Brief
 from rsc.scene.bodies import models
 from rsc.scene.bodies.body_model import BodyModel, RotorModel
 from rsc.scene.bodies.machine_file import Machine, machine_of_file
@@ -56,8 +57,8 @@ _SECTIONS: dict[str, type] = {
 }
 
 
-@dataclass(frozen=True, kw_only=True)
-class Scene:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Scene(Brief):
     """One validated scene, in SI with frequencies and speeds in Hz.
 
     title : str

@@ -123,7 +123,7 @@ def import_model(
         whole.row_at(gap.inner)
     modes = _slowest_of(whole)
     if modes and all(_undamped(mode) for mode in modes):
-        advice = "no such motion dies away without contact; give bearings or matrices damping"
+        advice = "these motions do not decay without contact; add damping to bearings or matrices"
         notes += (f"nothing damps {_these(modes)}: {advice}.",)
     if output.suffix not in (".toml", ".npz"):
         raise DataError(one_line(output), "must be a scene (.toml), or the file of a model (.npz)")

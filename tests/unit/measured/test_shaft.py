@@ -124,7 +124,7 @@ def test_an_even_wheel_has_no_mark_and_says_so(tmp_path):
     path = written(tmp_path, time, 1e-4 * np.exp(2j * np.pi * turns), wheel(turns, 8, range(8)), more="events_per_turn = 8")
     run = rsc.read_measured(path)
     assert not run.marked and run.jitter is not None and np.abs(run.speed - speed).max() < 0.3
-    assert any(line.startswith("nobody knows which of 8 pulses in a turn is the mark") for line in run.warnings)
+    assert any(line.startswith("it is unknown which of 8 pulses in a turn is the mark") for line in run.warnings)
 
 
 def test_a_pulse_that_every_turn_is_seen_twice_counts_once():
@@ -148,7 +148,7 @@ def test_a_shaft_that_reverses_is_refused_with_what_to_give(tmp_path):
     time, speed, turns = turned([0, 4, 8], [30, 0, -30])
     path = written(tmp_path, time, 4e-5 * np.exp(2j * np.pi * turns), speed)
     path.write_text(path.read_text().replace("keyphasor", "speed"))
-    with pytest.raises(DataError, match=r"the shaft reverses; give the rows of each way in a file of its own, with measured"):
+    with pytest.raises(DataError, match=r"the shaft reverses; give the rows of each direction in a separate file"):
         rsc.read_measured(path)
 
 

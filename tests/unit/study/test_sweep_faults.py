@@ -43,7 +43,7 @@ def test_an_interrupted_sweep_says_so_in_one_line_and_goes_on(stop, undisturbed,
     code, told = faults.disturbed(scene, tmp_path / "store", 0.0, stop, parts=2)
     assert code == 130
     last = told.strip().splitlines()[-1]
-    assert last.startswith("error: interrupted") and "--resume goes on" in last and "Traceback" not in told
+    assert last.startswith("error: interrupted") and "--resume continues it" in last and "Traceback" not in told
     faults.whole(scene, tmp_path / "store")
     assert faults.content(tmp_path / "store") == expected
 

@@ -122,7 +122,7 @@ def test_equal_cases_of_a_table_are_refused_at_the_first(tmp_path):
         ({"contact.friction": "normal:0.2:0.02"}, {}, "--random N or --sobol N"),
         ({"contact.friction": "normal:0.2:-1"}, {"random": 4}, "deviation > 0"),
         ({"contact.friction": "uniform:0.2:0.1"}, {"random": 4}, "rises"),
-        ({"contact.friction": "0.1,0.2"}, {"random": 4}, "samples of nothing"),
+        ({"contact.friction": "0.1,0.2"}, {"random": 4}, "no random values to sample"),
         ({"contact.friction": "normal:0.2:0.1"}, {"random": 4, "sobol": 4}, "exclude each other"),
         ({"contact.friction": "normal:0.2:0.1"}, {"random": -4}, "from 1 to"),
         ({"solver.method": "normal:1:2"}, {"random": 4}, "of the form normal"),

@@ -79,7 +79,7 @@ def test_a_changed_sample_is_found(path, name, row, capsys):
         values[row] = np.nextafter(values[row], 1.0)
     assert verify(path).differing == (name,)
     assert verify(path, 0 if row > 0 else -1).differing == (name,)
-    assert f"other bits in {name}" in refused(path, capsys)
+    assert f"different bits in {name}" in refused(path, capsys)
 
 
 @pytest.mark.parametrize("name", ["steps", "switches", "contact_time", "ledger", "advice", "rtol"])
@@ -94,14 +94,14 @@ def test_a_changed_summary_is_found(forged, name, capsys):
         forged(lambda file: file.attrs.modify(name, np.nextafter(file.attrs[name], 0.0)))
     else:
         forged(change)
-    assert f"other bits in {name}" in refused(forged(lambda file: None), capsys)
+    assert f"different bits in {name}" in refused(forged(lambda file: None), capsys)
 
 
 def test_a_changed_checkpoint_is_found(forged, capsys):
     def change(file):
         file["checkpoint/v"][1] *= 1.0 + 1e-12
 
-    assert "other bits in checkpoints" in refused(forged(change), capsys)
+    assert "different bits in checkpoints" in refused(forged(change), capsys)
 
 
 def test_a_start_of_its_own_is_found(forged, capsys):

@@ -20,6 +20,7 @@ from rsc.analysis.alone.free_vibration import FreeVibration, vibrations_of
 from rsc.analysis.paper.predict import SceneLike, refuse_speeds
 from rsc.arguments import LINE_OF_SPEEDS, SCENE, optional, takes
 from rsc.files.tables import Table
+from rsc.presented import Brief, BriefList, drawing
 from rsc.system.assemble import assemble
 from rsc.system.blas import one_thread
 from rsc.system.body import ANISOTROPIC, Body
@@ -62,8 +63,8 @@ class Mode:
     remark: str
 
 
-@dataclass(frozen=True)
-class Modes:
+@dataclass(frozen=True, repr=False)
+class Modes(Brief):
     """Modes at one rotor speed in Hz, the slowest first, by the size of lambda; those of the stator do not depend on it.
 
     rotor, stator, coupled : tuples of Mode; coupled: rotor and stator joined at every contact
@@ -91,12 +92,19 @@ class Modes:
         return self.table()._repr_html_()
 
 
-class Campbell(list[Modes]):
+class Campbell(BriefList[Modes]):
     """The Modes at several rotor speeds, a list, and the critical speeds in Hz between the lowest and the highest of them."""
 
     def __init__(self, made: Sequence[Modes], criticals: Sequence[float]) -> None:
         super().__init__(made)
         self.criticals = tuple(criticals)
+
+    def plot(self, ax: Any = None, **style: Any) -> Any:
+        """Draw the Campbell diagram: damped natural frequencies over the rotor speed, with the critical speeds.
+
+        ax : matplotlib axes, by default those of a new figure; style : properties of lines of matplotlib. Returns the axes.
+        """
+        return drawing().campbell(self, ax, style)
 
     def table(self) -> Table:
         """The tables of all speeds, one below the other."""

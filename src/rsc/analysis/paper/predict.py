@@ -16,6 +16,7 @@ from rsc.analysis.paper.watched import shares, touched, whirl_deflections
 from rsc.analysis.paper.whirls import CIRCULAR, WITHIN, side_conditions, steady_whirls, whirl_shapes
 from rsc.errors import SceneError
 from rsc.files.tables import Table
+from rsc.presented import BriefList, drawing
 from rsc.system.assemble import SceneLike
 from rsc.system.blas import one_thread
 from rsc.system.system import System
@@ -141,12 +142,20 @@ class Whirl:
         )
 
 
-class Whirls(list[Whirl]):
+class Whirls(BriefList[Whirl]):
     """The whirls at one rotor speed, a list; a notebook shows it as a table."""
 
     def table(self) -> Table:
         """A `rsc.files.tables.Table` with a row for each whirl, for pandas (`to_dataframe`) and CSV (`to_csv`)."""
         return Table(tuple(_COLUMNS), [[value(whirl) for value in _COLUMNS.values()] for whirl in self])
+
+    def plot(self, ax: Any = None, **style: Any) -> Any:
+        """Draw their frequencies at their rotor speed, filled where stable, open where not.
+
+        ax : matplotlib axes, by default those of a new figure; style : properties of lines of matplotlib. Returns the axes.
+        """
+        speed, frequency, stable = ([getattr(whirl, name) for whirl in self] for name in ("speed", "frequency", "stable"))
+        return drawing().whirls(np.array(speed), np.array(frequency), np.array(stable, dtype=bool), ax, style)
 
     def _repr_html_(self) -> str:
         return self.table()._repr_html_()

@@ -17,6 +17,7 @@ from rsc.analysis.paper.watched import shares, whirl_deflections
 from rsc.analysis.paper.whirls import CIRCULAR, WITHIN, side_conditions, whirl_shapes, whirls_by_place
 from rsc.arguments import ROTOR_SPEEDS, scenes_in, takes
 from rsc.errors import SceneError, shown
+from rsc.presented import Brief, drawing
 from rsc.system.assemble import SceneLike, assemble
 from rsc.system.blas import one_thread
 from rsc.system.system import System, stacked
@@ -27,8 +28,8 @@ _TOGETHER = 512
 Indices = tuple[NDArray[np.intp], NDArray[np.intp]]
 
 
-@dataclass(frozen=True, eq=False)
-class WhirlArrays:
+@dataclass(frozen=True, eq=False, repr=False)
+class WhirlArrays(Brief):
     """Whirls of many scenes at many rotor speeds; NaN, and False in `conditions`, where there is none.
 
     Arrays are (n_scenes, n_speeds, n_whirls) unless said otherwise; each value is that of `rsc.Whirl` of the same name.
@@ -73,6 +74,14 @@ class WhirlArrays:
     def admissible(self) -> NDArray[np.bool_]:
         """Whether it exists and every side condition holds."""
         return np.logical_and.reduce([*self.conditions.values()])
+
+    def plot(self, ax: Any = None, scene: int = 0, **style: Any) -> Any:
+        """Draw the Campbell diagram of one scene: whirls over the rotor speed, filled where stable, open where not.
+
+        ax : matplotlib axes, by default those of a new figure; scene : number of the scene, from 0; style : properties of lines
+        of matplotlib. Returns the axes.
+        """
+        return drawing().whirls(self.speed[scene][:, None], self.frequency[scene], self.stable[scene], ax, style)
 
 
 @takes(speeds=ROTOR_SPEEDS)

@@ -168,7 +168,7 @@ def plot_starts(listed: Motions, *, title: str) -> Figure:
     figure, axes = new_figure(max(6.4, 4.6 * len(places)), 6.6 if len(places) == 1 else 5.8, columns=len(places))
     for i, (name, largest) in enumerate(places.items()):
         own = np.ravel(axes)[i]
-        _impacts(own, listed, slice(i, None, len(places)), largest)
+        impacts(own, listed, slice(i, None, len(places)), largest)
         if name:
             own.set_title(f"at {as_text(name)}")
     title = f"{title}\nimpacts at {frequency_text(listed.speed, '.4g')} and the motions they start".strip()
@@ -181,7 +181,7 @@ def plot_starts(listed: Motions, *, title: str) -> Figure:
     return figure
 
 
-def _impacts(axes: Axes, listed: Motions, part: slice, largest: float) -> None:
+def impacts(axes: Axes, listed: Motions, part: slice, largest: float) -> None:
     """The random impacts at one contact, every so manieth of all, into axes."""
     factor, unit = unit_for(largest, "N s")
     impact, ended = factor * listed.impulse[part], listed.ended[part]

@@ -46,7 +46,7 @@ LEAST_PHASE = 10.0  # degrees, half the axis
 def campbell(report, along, fall=None):
     """Amplitude over whirl frequency and the course of the run, with the predictions; of the rotor or of another waterfall."""
     reach = _reach(report)
-    data = [_amplitudes(fall or report.fall, along, reach), *_orders(report, along, reach), *_naturals(report, along, reach)]
+    data = [amplitudes(fall or report.fall, along, reach), *orders(report, along, reach), *_naturals(report, along, reach)]
     data += [
         {**trace, "x": trace["y"], "y": trace["x"]}
         for branch in report.branches
@@ -70,7 +70,11 @@ def campbell_of_stator(report, along):
 
 def waterfall(report, along):
     """Stacked spectra: each line stands on its place along the run and shows the largest amplitudes of its windows."""
-    reach = _reach(report)
+    return cascade(report, along, _reach(report))
+
+
+def cascade(report, along, reach):
+    """`waterfall` up to a frequency in Hz, of whatever has a `fall`."""
     frequency, places, grid = _thinned_grid(report.fall, along, reach, MOST_STACKED)
     low, high = range_of(along)
     largest = largest_finite(grid) or 1.0
@@ -82,13 +86,13 @@ def waterfall(report, along):
     factor, unit = unit_for(largest, "m")
     bar = {"mode": "lines+text", "text": ["", f"{factor * largest:.3g} {unit}"], "textposition": "top right", "showlegend": False}
     data.append(line([1.05 * reach] * 2, [low, low + scale * largest], "", "#222222", width=3.0, **bar))
-    data += _orders(report, along, reach, (-1, 1))
+    data += orders(report, along, reach, (-1, 1))
     layout = axes({"title": FREQUENCY_TITLE, "range": [-reach, 1.25 * reach]}, {"title": along.title}, 460)
     layout["yaxis"]["range"] = [low, max(high, float((places + scale * grid.max(axis=1)).max())) + 0.03 * (high - low)]
     return {"data": data, "layout": layout}
 
 
-def _orders(report, along, reach, orders=(-2, -1, 1, 2)):
+def orders(report, along, reach, orders=(-2, -1, 1, 2)):
     """Lines at multiples of the rotor speed, labelled at the far end."""
     speeds, places = report.fall.speed, along.of_windows
     if along.by_speed:
@@ -143,7 +147,7 @@ def _thinned_grid(fall, along, reach, most_rows):
     return x, y, grid
 
 
-def _amplitudes(fall, along, reach):
+def amplitudes(fall, along, reach):
     """The amplitudes in dB re the largest as a heat map."""
     x, y, grid = _thinned_grid(fall, along, reach, MOST_ROWS)
     largest = largest_finite(grid) or 1.0

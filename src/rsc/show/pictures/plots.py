@@ -15,7 +15,9 @@ from rsc.show.pictures.settings import default_settings
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.cbook import normalize_kwargs
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from PIL import Image
 
@@ -40,7 +42,7 @@ SYMBOLS = {
     "triangle-right": ">", "cross": "P", "x": "x",
 }  # fmt: skip
 NO_DATA = "#fff3b0"
-DRAWN = ("scatter", "heatmap")
+DRAWN = ("scatter", "heatmap", "bar")
 
 Picture = dict[str, Any]  # "data": traces, "layout": axes; `rsc.show.pictures.traces`
 
@@ -103,24 +105,32 @@ def film(pictures: Iterable[Picture], title: str, reach: float) -> bytes:
     return content.getvalue()
 
 
-def draw(axes: Axes, picture: Picture) -> None:
-    """The traces of a description on axes, in their order, and its names and limits."""
+def draw(axes: Axes, picture: Picture, style: dict[str, Any] | None = None) -> None:
+    """The traces of a description on axes, in their order, and its names and limits.
+
+    style : properties of lines of matplotlib that all lines and dots get in the place of their own; of a heat map those of images
+    """
+    style = normalize_kwargs(style or {}, Line2D)
     layout, heated = picture["layout"], any(trace["type"] == "heatmap" for trace in picture["data"])
     if not heated:
         axes.grid(color="0.92", linewidth=0.6)
     axes.set_axisbelow(True)
     for i, trace in enumerate(picture["data"]):
         if trace["type"] not in DRAWN:
-            raise ValueError(f"a PNG shows traces of type {' and '.join(DRAWN)}, not {trace['type']!r}")
+            raise ValueError(f"a PNG shows traces of type {', '.join(DRAWN)}, not {trace['type']!r}")
         if trace["type"] == "heatmap":
-            _levels(axes, trace)
+            _levels(axes, trace, style)
+        elif trace["type"] == "bar":
+            axes.bar(trace["x"], trace["y"], color=trace["marker"]["color"], zorder=2.0)
         else:
-            _curve(axes, trace, 2.0 + 0.01 * i)
+            _curve(axes, trace, 2.0 + 0.01 * i, {} if heated else style)
     equal, many = layout.get("equal"), max(4, layout["height"] // 50)
     for name, axis, most in (("x", axes.xaxis, 8), ("y", axes.yaxis, many)):
         own = layout[f"{name}axis"]
         axis.set_label_text(as_text(own["title"]))
         axis.set_major_locator(MaxNLocator(5 if equal else most, steps=ROUND_STEPS))
+        if "tickvals" in own:
+            axis.set_ticks(own["tickvals"], own["ticktext"], fontsize=8)
         low, high = axis.get_view_interval()
         if "range" in own:
             axes.set(**{f"{name}lim": own["range"]})
@@ -138,7 +148,7 @@ def _broken(name: str, most: int) -> str:
     return "\n".join([*textwrap.wrap(quantity, most), f"in {unit}"])
 
 
-def _curve(axes: Axes, trace: dict[str, Any], zorder: float) -> None:
+def _curve(axes: Axes, trace: dict[str, Any], zorder: float, style: dict[str, Any]) -> None:
     """A line, an area, dots and texts, whatever of them a trace has."""
     x, y = (np.array(trace[name], float) for name in "xy")
     label = None if trace.get("showlegend") is False else as_text(trace["name"])
@@ -146,13 +156,14 @@ def _curve(axes: Axes, trace: dict[str, Any], zorder: float) -> None:
         axes.fill(x, y, facecolor=trace["fillcolor"], linewidth=0.0, zorder=zorder)
     if "lines" in trace["mode"] and trace["line"]["width"]:
         line = trace["line"]
-        width, style = POINTS * line["width"], STYLES[line["dash"]]
-        axes.plot(x, y, color=line["color"], linestyle=style, linewidth=width, label=label, zorder=zorder)
+        own = {"color": line["color"], "linestyle": STYLES[line["dash"]], "linewidth": POINTS * line["width"], "label": label}
+        axes.plot(x, y, **{**own, "zorder": zorder, **style})
     if "markers" in trace["mode"]:
         marker = trace["marker"]
         ring, shape = marker.get("line", {}).get("color", "none"), SYMBOLS[marker["symbol"]]
         size, colours = POINTS * marker["size"], {"markerfacecolor": marker["color"], "markeredgecolor": ring}
-        axes.plot(x, y, linestyle="none", marker=shape, markersize=size, label=label, zorder=zorder, **colours)
+        own = {"marker": shape, "markersize": size, "label": label, "zorder": zorder} | colours
+        axes.plot(x, y, **{**own, **style, "linestyle": "none"})
     step, anchor = ((-4, 3), "right") if "left" in trace.get("textposition", "") else ((4, 3), "left")
     side: dict[str, Any] = {"xytext": step, "textcoords": "offset points", "ha": anchor}
     for i, text in enumerate(trace.get("text", ())):
@@ -160,7 +171,7 @@ def _curve(axes: Axes, trace: dict[str, Any], zorder: float) -> None:
             axes.annotate(as_text(text), (x[i], y[i]), fontsize=9, path_effects=HALO, zorder=zorder + 5.0, **side)
 
 
-def _levels(axes: Axes, trace: dict[str, Any]) -> None:
+def _levels(axes: Axes, trace: dict[str, Any], style: dict[str, Any]) -> None:
     """Amplitudes in dB as a grey picture with its colour bar; windows without finite data in yellow."""
     x, y, levels = trace["x"], trace["y"], trace["levels"]
     room = [0.5 * (ends[-1] - ends[0]) / max(count - 1, 1) for ends, count in zip((x, y), levels.shape[::-1], strict=True)]
@@ -168,7 +179,8 @@ def _levels(axes: Axes, trace: dict[str, Any]) -> None:
     decibels = np.ma.masked_invalid(trace["zmin"] * (1.0 - levels))
     grey = colormaps["Greys"].with_extremes(bad=NO_DATA)
     limits = {"vmin": trace["zmin"], "vmax": trace["zmax"]}
-    image = axes.imshow(decibels, extent=extent, aspect="auto", origin="lower", cmap=grey, interpolation="none", **limits)
+    own = {"aspect": "auto", "origin": "lower", "cmap": grey, "interpolation": "none"}
+    image = axes.imshow(decibels, extent=extent, **{**own, **limits, **style})
     figure = axes.get_figure()
     assert figure is not None
     bar = figure.colorbar(image, ax=axes, extend="min", pad=0.02)

@@ -271,7 +271,7 @@ def _whirls_from(listed):
     if math.isnan(listed.mu_whirl):
         return f"no backward whirl is predicted with any friction up to {MOST:g}"
     if not listed.mu_whirl:
-        return "no friction is known to be too small for a backward whirl: a motion has no damping"
+        return "a backward whirl is possible at any friction, because a motion has no damping"
     whirl = f"{listed.mu_whirl:.3g} ({frequency_text(listed.mu_whirl_frequency)})"
     return f"the least friction with which a backward whirl is predicted is {whirl}"
 

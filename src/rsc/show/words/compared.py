@@ -90,7 +90,7 @@ def _model(report, whirling):
     if not roots:
         return "its whirls are near, but not within the tolerance"
     told = next((root for root in roots if root.brings), roots[len(roots) // 2])
-    more = f" (so at {len(roots)} of {len(report.nearest)} speeds that were looked at)" if len(report.nearest) > 1 else ""
+    more = f" (so at {len(roots)} of {len(report.nearest)} speeds examined)" if len(report.nearest) > 1 else ""
     return _root(told) + more
 
 
@@ -130,7 +130,7 @@ def _force(report, whirling):
     forces = [labels[w.branch].at(w.frequency.speed) for w in agreeing]
     forces = [whirl.normal_force for whirl in forces if whirl is not None and whirl.stable]
     if len(forces) <= ENOUGH * len(windows):
-        return "nothing is claimed: the frequency of the whirl is not that of a stable one of the model"
+        return "unknown: no stable whirl of the model has the measured frequency"
     span = sorted({amount(force, "N") for force in (min(forces), max(forces))}, key=len)
     apart = [abs(w.amplitude.difference) for w in agreeing if w.amplitude.verdict == DIFFERS]
     but = f"; the amplitude differs by up to {percent(max(apart))}, and so may the force" if apart else ""

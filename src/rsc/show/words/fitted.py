@@ -14,7 +14,7 @@ def fit_text(fit):
     """Fitted values with their intervals, and undetermined values; `fit` is an `rsc.Fit`."""
     lines = [*([one_line(fit.scene.title)] if fit.scene.title else []), *(f"warning: {line}" for line in fit.warnings)]
     if not fit.converged:
-        lines.append("not converged: the values are the best found so far, their intervals mean nothing")
+        lines.append("not converged: the values are the best so far, their intervals are meaningless")
     kinds = [(int((fit.use == use).sum()), use) for use in ("fitted", "held back", "left out")]
     windows = ", ".join(f"{number} {use}" for number, use in kinds if number)
     lines += [

@@ -63,7 +63,7 @@ def note_of_change(change):
     if reason.code == Code.SETS_IN:
         return "a whirl sets in"
     if reason.code == Code.ALWAYS_UNSTABLE:
-        return f"{whirl} is predicted to be unstable at all speeds: a line near it is that of a motion that passes"
+        return f"{whirl} is predicted to be unstable at all speeds: a line near it belongs to a transient motion"
     if reason.code == Code.LATE:
         text = (
             f"{whirl} loses stability at {frequency_text(change.predicted, '.2f')} (predicted); "

@@ -11,7 +11,7 @@ def remedies_text(remedies, title=""):
     `rsc.study.motions.remedy.Remedies`."""
     head = [one_line(title), ""] if title else []
     harmful = ", ".join(map(_motion, remedies.harmful))
-    lines = [*head, f"at {hertz(remedies.speed)} Hz: {harmful or 'no backward motion lasts, there is nothing to take away'}"]
+    lines = [*head, f"at {hertz(remedies.speed)} Hz: {harmful or 'no backward motion lasts, no remedy needed'}"]
     if remedies.harmful:
         lists = f"a list with {remedies.starts} random impacts has no backward motion that lasts"
         lines.append(f"remedies, each by itself ({lists}):" if remedies.helping else "no remedy found")
@@ -23,7 +23,7 @@ def remedies_text(remedies, title=""):
         kept = ", ".join(map(_motion, own.remains)) or "no change of it could be simulated"
         lines.append(f"  {_changed(own)}: {kept}")
     if remedies.interrupted:
-        lines.append("remark: interrupted; other values were not looked at")
+        lines.append("remark: interrupted; other values were not examined")
     return "\n".join(lines)
 
 

@@ -194,7 +194,7 @@ class _Course:
             why = f"changes between {before.kind} and {after.kind} to the end"
             return replace(self._last(2 * half), kind=Kind.NOT_RESOLVED, why=why), False
         if self._leaves(after):
-            return replace(after, kind=Kind.NOT_RESOLVED, why="a free vibration grows, too slowly to touch yet"), False
+            return replace(after, kind=Kind.NOT_RESOLVED, why="a free vibration grows, but has not touched yet"), False
         return after, True  # what came before may hold the way there
 
     def _last(self, count: int) -> Motion:

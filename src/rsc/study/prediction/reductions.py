@@ -137,7 +137,7 @@ def _coefficients_remark(name: str, body: Any, scene: Scene) -> str:
     low, high = min(scene.drive.speed), max(scene.drive.speed)
     return (
         f"coefficients of bearings and seals of the {name} are those at {body.coefficients_at:g} Hz, the run turns at {low:g} to "
-        f"{high:g} Hz: import the model at both ends as well and compare, for coefficients do not follow the speed"
+        f"{high:g} Hz: import the model also at both ends and compare, because the coefficients are constant"
     )
 
 

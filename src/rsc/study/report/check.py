@@ -357,7 +357,7 @@ def _warnings(result: Trajectory, seen: Course) -> list[str]:
         pressed_in = whole.force_max / contact.stiffness / contact.gap
         if pressed_in > 1.0:
             name, table = (f"contact {contact.name}", f"contact.{contact.name}") if seen.lead else ("the contact", "contact")
-            text = f"{name} is pressed in by up to {pressed_in:.3g} gaps: no machine holds that"
+            text = f"{name} is pressed in by up to {pressed_in:.3g} gaps: no machine withstands that"
             warnings.append(f"{text}; the motion would destroy it, or see whether {table}.stiffness is right")
     contact, whole = max(each, key=lambda own: own[1].rotor_max / own[0].gap)
     remark = tolerance_remark(whole.rotor_max, contact.gap, result.summary.rtol)

@@ -1,5 +1,7 @@
 """`Report`: a run, its predictions and their comparison, for tables, plots and pages."""
 
+import os
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +23,7 @@ from rsc.measure.severity import Verdict, run_facts, verdict_of
 from rsc.measure.stretches import Stretches, at_contacts
 from rsc.measure.verdict import Row, Window
 from rsc.measure.windows import Best, Features
+from rsc.presented import Brief
 from rsc.results.at_contact import at_contact
 from rsc.results.trajectory import Trajectory
 from rsc.scene.tables.contacts import Contact
@@ -79,8 +82,8 @@ def measured(seen: Course) -> dict[str, Any]:
     return {name: getattr(seen, name) for name in MEASURED}
 
 
-@dataclass(frozen=True)
-class Report:
+@dataclass(frozen=True, repr=False)
+class Report(Brief):
     """Simulation or measurement, prediction and their comparison.
 
     result : Trajectory, or a measured.run.MeasuredRun in its place: then strip, stretches and stator_fall are None
@@ -166,7 +169,7 @@ class Report:
 
     @property
     def word(self) -> str:
-        """"simulated" or "measured"."""
+        """ "simulated" or "measured"."""
         return "measured" if self.stretches is None else "simulated"
 
     @property
@@ -178,6 +181,29 @@ class Report:
         """A `rsc.files.tables.Table`, a row for each window and quantity, for pandas (`to_dataframe`) and CSV (`to_csv`)."""
         names = [each.name for each in fields(Row) if each.name != "reasons"]
         return Table((*names, "note"), [[*(getattr(row, name) for name in names), note(row)] for row in self.rows])
+
+    def plot(self, picture: str = "campbell", ax: Any = None, **style: Any) -> Any:
+        """Draw one picture of the page.
+
+        picture : name of `rsc.show.pictures.album.PICTURES` ("campbell", "waterfall", "amplitude", "force", "energy", ...), or
+            "orbit" for the path at the last of the page's moments
+        ax : matplotlib axes, by default those of a new figure; style : properties of lines of matplotlib
+        Returns the axes; SceneError for another name, or a picture in which this run has nothing to show.
+        """
+        from rsc.show.pictures import of_results
+
+        return of_results.report(self, picture, ax, style)
+
+    def save_html(self, path: str | os.PathLike[str], overwrite: bool = False, others: "Sequence[Report]" = ()) -> None:
+        """Write the page that `rsc check` writes, report.html; DataError when the file cannot be written.
+
+        others : Reports of other runs, whose amplitudes are drawn beside its own (run-up and run-down show the hysteresis)
+        overwrite : bool, also in the place of a file that rsc did not write, or that was changed since
+        """
+        from rsc.files.output import put_all
+        from rsc.show.page import page_file
+
+        put_all([page_file(self, path, others)], overwrite)
 
     def _repr_html_(self) -> str:
         return html((one_line(self.result.scene.title) or "report", ""), answer(self))

@@ -108,7 +108,7 @@ def simulate(
         _compile(run, note)
         note(foresee(*sizes))
         if not writer.locked:
-            note(f"{path}: its disk has no locks, so that nothing keeps a second run from writing it as well")
+            note(f"{path}: its disk has no locks, so a second run could write it at the same time")
         if old is None:
             discard_left(path)  # of an older run that was never continued: it must not be taken for this one
             # even a run that ends before its first sample has all its arrays and a checkpoint
@@ -161,7 +161,7 @@ def _to_resume(
     """
     source = resumable(path)
     if source is None:
-        note(f"{path}: the run was killed before its first checkpoint, and begins anew")
+        note(f"{path}: the run was killed before its first checkpoint, and starts again")
         return run_of(scene), None
     stored = ResultFile(source).scene()
     if stored.solver.method in RETIRED_METHODS:
@@ -199,7 +199,7 @@ def _refuse_other_state(
     again = run.checkpoint()
     if any(values.tobytes() != again[name].tobytes() for name, values in checkpoint.items()):
         problem = "its last checkpoint does not follow from the one before it or from the scene"
-        raise DataError(path, f"{problem}: start anew, or give --not-bitwise (Python: bitwise=False) to believe it")
+        raise DataError(path, f"{problem}: start again, or give --not-bitwise (Python: bitwise=False) to accept it")
 
 
 def _is_behind(run: Run, checkpoint: Mapping[str, np.ndarray]) -> bool:

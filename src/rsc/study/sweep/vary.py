@@ -105,9 +105,9 @@ def _refuse_contradictions(
         raise SolverError("--random and --sobol exclude each other: must be one of them")
     if scattered and not (random or sobol):
         name = next(iter(scattered))
-        raise SolverError(f"{name} = {scattered[name]}: must come with a number of samples (--random N or --sobol N)")
+        raise SolverError(f"{name} = {scattered[name]}: requires a number of samples (--random N or --sobol N)")
     if (random or sobol) and not scattered:
-        raise SolverError("samples of nothing: must have a scattered value (--vary KEY=normal:MEAN:DEVIATION or uniform:FROM:TO)")
+        raise SolverError("no random values to sample: must have one (--vary KEY=normal:MEAN:DEVIATION or uniform:FROM:TO)")
 
 
 def _distribution(text: Any) -> bool:
