@@ -110,7 +110,7 @@ def test_strings_of_single_precision_take_one_word_a_number(tmp_path):
 
 
 LIES = {
-    "sparse": ("%%MatrixMarket matrix coordinate real general\n1000000 1000000 1000000000\n1 1 1\n", "announces"),
+    "sparse": ("%%MatrixMarket matrix coordinate real general\n1000000 1000000 1000000000\n1 1 1\n", "declares"),
     "dense": ("%%MatrixMarket matrix array real general\n100000 100000\n1\n", "too short"),
     "huge": ("%%MatrixMarket matrix coordinate real general\n10000000 10000000 1\n1 1 1\n", "2000000 coordinates"),
     "outside": ("%%MatrixMarket matrix coordinate real general\n2 2 1\n3 1 1\n", "a row is not an integer from 1 to 2"),
@@ -256,7 +256,7 @@ def test_binary_files_that_announce_too_much_are_refused(tmp_path):
             + b"\n"
         )
         archive.writestr("K.npy", header + b"\0" * 800)
-    assert "takes 80000000000 bytes and the file has" in refusal(tmp_path / "a.npz")
+    assert "takes 80000000000 bytes but the file has" in refusal(tmp_path / "a.npz")
     with h5py.File(tmp_path / "a.mat", "w") as file:
         file.create_dataset("K", (100000, 100000), "f8", chunks=(100, 100))
         file["outside"] = h5py.ExternalLink("/etc/passwd", "x")
@@ -275,7 +275,7 @@ def test_directions_of_calculix_must_fit(tmp_path):
     name, write, *_ = WRITERS["CalculiX"]
     write(tmp_path / name, stiffness())
     (tmp_path / "job.dof").write_text("1.1\n1.2\n")
-    assert "14 rows and job.dof beside it 2" in refusal(tmp_path / name)
+    assert "14 rows but job.dof has 2" in refusal(tmp_path / name)
 
 
 def damaged(content, dice):
