@@ -25,7 +25,7 @@ BATCH = 50
 READ = """
 import json, os, sys, time
 sys.path.insert(0, sys.argv[1])
-import bombs, h5py, nptdms, pyuff, scipy.io.wavfile, scipy.signal.windows, rsc.measured.measured  # once for all cases
+import bomb_files, h5py, nptdms, pyuff, scipy.io.wavfile, scipy.signal.windows, rsc.measured.measured  # once for all cases
 
 def peak():
     line = next(line for line in open("/proc/self/status") if line.startswith("VmHWM:"))
@@ -36,7 +36,7 @@ for path in sys.argv[2:]:
     if child == 0:
         open("/proc/self/clear_refs", "w").write("5")
         before, began = peak(), time.process_time()
-        outcome = bombs.explode(path)
+        outcome = bomb_files.explode(path)
         print(json.dumps([path, outcome, peak() - before, time.process_time() - began]), flush=True)
         os._exit(0)
     os.waitpid(child, 0)
@@ -46,14 +46,14 @@ for path in sys.argv[2:]:
 def outcomes(numbers, folder):
     """[kind, bytes of the file, outcome, bytes it took, s] of each bomb."""
     sys.path.insert(0, str(SUPPORT))
-    import bombs
+    import bomb_files
 
     paths = {}
     for number in numbers:
         place = Path(folder, str(number))
         place.mkdir()
-        path, size = bombs.write(number, place)
-        paths[str(path)] = bombs.FORMATS[number % len(bombs.FORMATS)], size
+        path, size = bomb_files.write(number, place)
+        paths[str(path)] = bomb_files.FORMATS[number % len(bomb_files.FORMATS)], size
     environment = os.environ | {"PYTHONPATH": str(ROOT / "src")}
     command = [sys.executable, "-c", READ, str(SUPPORT), *paths]
     told = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
@@ -72,7 +72,7 @@ def main():
     parser.add_argument("--write", action="store_true", help="keep the table in docs/maintainers/tables")
     options = parser.parse_args()
     sys.path.insert(0, str(SUPPORT))
-    import bombs
+    import bomb_files
 
     rows = collections.defaultdict(list)
     began, failed = time.perf_counter(), 0
@@ -81,11 +81,11 @@ def main():
             numbers = range(first, min(first + BATCH, options.first + options.count))
             for number, (kind, size, outcome, taken, seconds) in zip(numbers, outcomes(numbers, folder), strict=True):
                 rows[kind].append((outcome == "read", size, taken, seconds))
-                if taken > bombs.TIMES * bombs.CAP or "\n" in outcome:
+                if taken > bomb_files.TIMES * bomb_files.CAP or "\n" in outcome:
                     failed += 1
                     print(f"case {number}, {kind}: {taken / 2**20:.0f} MB, {outcome[:200]}", file=sys.stderr, flush=True)
         print(f"{first + len(numbers)} done, {time.perf_counter() - began:.0f} s", file=sys.stderr, flush=True)
-    allowed = f"the cap is {bombs.CAP >> 20} MB, of which {bombs.TIMES} times are allowed"
+    allowed = f"the cap is {bomb_files.CAP >> 20} MB, of which {bomb_files.TIMES} times are allowed"
     text = [f"{options.count} files, {failed} failures; {allowed}.", ""]
     text += ["| format | files | largest, kB | read | refused | most memory, MB | longest, s |", "|---|---|---|---|---|---|---|"]
     for kind, cases in rows.items():

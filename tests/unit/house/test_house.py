@@ -123,3 +123,10 @@ def test_the_unit_tests_stand_in_the_wing_that_they_test():
     wings = {path.name for path in (ROOT / "src" / "rsc").iterdir() if path.is_dir() and path.name != "__pycache__"}
     rooms = {path.name for path in (ROOT / "tests" / "unit").iterdir() if path.is_dir() and path.name != "__pycache__"}
     assert rooms == wings | {"cli", "bench", "house"}
+
+
+def test_scripts_and_the_support_of_tests_share_no_name():
+    """Their folders stand beside each other on the path, and which one is first depends on what was imported before."""
+    folders = [ROOT / "tools", ROOT / "bench", ROOT / "bench" / "stability", ROOT / "tests" / "support"]
+    names = [path.name for folder in folders for path in folder.glob("*.py")]
+    assert sorted({name for name in names if names.count(name) > 1}) == []

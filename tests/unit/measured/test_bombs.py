@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-import bombs
+import bomb_files
 import rsc
 from rsc.errors import DataError
 from rsc.files import memory
@@ -23,10 +23,10 @@ def test_a_sample_of_bombs_stays_within_four_times_the_cap():
     assert "12 files, 0 failures" in done.stdout
 
 
-@pytest.mark.parametrize("number", range(6), ids=bombs.FORMATS)
+@pytest.mark.parametrize("number", range(6), ids=bomb_files.FORMATS)
 def test_what_does_not_fit_is_refused_before_it_is_read(number, tmp_path, monkeypatch):
     """With next to no memory every format is refused for it, or for what is wrong with it, in one line."""
-    path, _ = bombs.write(number, tmp_path)
+    path, _ = bomb_files.write(number, tmp_path)
     monkeypatch.setattr(memory, "MOST", 1000)
     with pytest.raises(DataError) as error:
         rsc.read_measured(path)
