@@ -61,6 +61,8 @@ class Live:
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         known = {name: value for name, value in physical_values(scene).items() if value != 0.0 and math.isfinite(value)}
+        if scene.rotor.model == "reduced":  # entries of its matrices, hundreds, of which nobody moves one alone
+            known = {name: value for name, value in known.items() if not (name.startswith("rotor.") and "[" in name)}
         first = [next((name for name in row if name in known), "") for row in FIRST]
         top = max(map(abs, scene.drive.speed)) or 50.0
         low, high = self._speeds(top)
