@@ -66,8 +66,8 @@ def whole_keys(scene: SceneTables, values: Mapping[str, Any]) -> dict[str, Any]:
     whole = each_contact(scene, values)
     polar: dict[tuple[str, str, str], dict[str, Any]] = {}
     for name in list(whole):
-        if (found := polar_name(scene, name)) is not None:
-            table, key, word = found
+        if (polar_parts := polar_name(scene, name)) is not None:
+            table, key, word = polar_parts
             polar.setdefault((name.removesuffix(f".{word}"), table, key), {})[word] = whole.pop(name)
     for (dotted, table, key), wanted in polar.items():
         if dotted in whole:
