@@ -189,7 +189,7 @@ def test_the_oldest_numba_is_the_declared_one():
     assert "numba>=" + ".".join(map(str, compiled.OLDEST_NUMBA)) in declared
 
 
-PUBLIC = {"numba", "numba.types", "numba.extending"}
+PUBLIC = {"numba", "numba.types", "numba.extending", "numba.carray"}
 
 
 def private_of_numba(text, wing):
