@@ -286,7 +286,7 @@ def _start(dice, start, place, gap, rotor):
         return {"whirl": -frequency * 2.0 * faster}
     along = np.array([np.cos(angle), np.sin(angle)])
     if start == "impact on the running rotor":
-        return {"running": True, "impact": (2.0 * size * TWO_PI * mass * frequency * along).tolist()}
+        return {"running": True, "impulse": (2.0 * size * TWO_PI * mass * frequency * along).tolist()}
     turn = TWO_PI * frequency * faster
     if start == "impact":
         return {"rotor_velocity": [(size * turn * along).tolist() if i == i_r else [0.0, 0.0] for i in range(n)]}

@@ -11,7 +11,7 @@ import numpy as np
 
 from rsc.analysis.paper.predict_many import predict_many
 from rsc.errors import RscError, SceneError, SolverError
-from rsc.measure.features import waterfall
+from rsc.measure.spectra import waterfall
 from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
 from rsc.scene.values import physical_values, value_of
@@ -128,7 +128,8 @@ class Live:
         factor, unit = unit_for(max(largest_finite(np.abs(rotor)), contact.gap), "m")
         touching = np.reshape(result.normal_force, (len(rotor), -1))[last, 0] > 0.0
         data = traces_of_orbit(factor * rotor[last], factor * stator[last], touching, np.zeros(0, int), factor * contact.gap)
-        fall = waterfall(result, window=0.5 * float(result.time[-1]))
+        moving = rotor[last] - rotor[last].mean()
+        fall = waterfall(result.time[last], moving, result.speed[last], window=0.5 * float(result.time[-1]))
         frequencies = spectrum(fall.frequency, fall.amplitude[-1], float(fall.speed[-1]), reach_of(fall))
         return {
             "orbit": {"data": data, "layout": axes(f"y in {unit}", f"z in {unit}", 340, equal=True)},
@@ -162,9 +163,10 @@ class Live:
             grid = predict_many([self._with(scene, case) for case in cases], [speed])
         largest = np.where(grid.stable, grid.rotor_amplitude, 0.0).max(axis=-1, initial=0.0)
         largest = largest.reshape(ROWS, COLUMNS) if SPEED not in (x, y) else largest if x == SPEED else largest.T
-        factor, unit = unit_for(largest_finite(largest) or 1e-3, "m")
+        top = largest_finite(largest) or 1e-3
+        factor, unit = unit_for(top, "m")
         heat = {"type": "heatmap", "x": numbers(xs), "y": numbers(ys), "z": [numbers(factor * row) for row in largest],
-                "colorbar": {"title": {"text": unit}}, "zmin": 0.0,
+                "colorbar": {"title": {"text": unit}}, "zmin": 0.0, "zmax": factor * top,
                 "colorscale": [[0.0, "#ffffff"], [0.02, "#ffe9a8"], [0.5, "#f08a3c"], [1.0, "#9e1b1b"]]}  # fmt: skip
         right, up = (f"{name} in {self._known[name].unit}" if self._known[name].unit else name for name in (x, y))
         return {"picture": {"data": [heat], "layout": axes(right, up, 340)}}
