@@ -26,6 +26,6 @@ def test_wrong_remarks_are_found(tmp_path, capsys, monkeypatch):
     assert main(["import", "fe", *arguments, "-o", str(tmp_path / "m.toml")]) == 0
     told = capsys.readouterr().out
     assert any("is left out" in one for one in import_remarks.contradictions(told, tmp_path))
-    wrong = told.replace("read: ", "read: 3.123 Hz (undamped), ") + "nothing depends on the rotor speed."
+    wrong = told.replace("full model: ", "full model: 3.123 Hz (undamped), ") + "nothing depends on the rotor speed."
     found = " ".join(import_remarks.contradictions(wrong, tmp_path))
     assert "no mode is at 3.123 Hz" in found and "the rotor speed has an effect" in found
