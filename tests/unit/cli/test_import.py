@@ -139,7 +139,7 @@ BAD = {  # what is wrong with the files, more arguments, words of the refusal
     "a table one row short": (rewritten("6,y\n", ""), [], "but the table has 41 rows"),
     "a node twice": (rewritten("1,x", "0,x"), [], "direction x of node 0 occurs twice"),
     "no such direction": (rewritten("1,x", "1,q"), [], "direction"),
-    "a direction without its partner": (rewritten("1,y", "1,other"), [], "node 1 has the direction x and no y"),
+    "a direction without its partner": (rewritten("1,y", "1,other"), [], "node 1 has direction x but not y"),
     "an unsymmetric stiffness": (changed("stiffness", entry(0, 6, 1e3)), [], "the stiffness is not symmetric"),
     "an indefinite mass": (changed("mass", np.negative), [], "the mass matrix is indefinite"),
     "an indefinite stiffness": (changed("stiffness", lambda k: k - 1e7 * np.eye(42)), [], "the stiffness is indefinite"),
@@ -152,7 +152,7 @@ BAD = {  # what is wrong with the files, more arguments, words of the refusal
     "complex entries": (changed("mass", lambda m: m + 1j), [], "complex"),
     "a matrix that is not square": (changed("damping", lambda c: c[:, :-1]), [], "damping"),
     "ten million degrees of freedom": (announced, [], "at most 2000000 coordinates are read"),
-    "a share beyond the way": (None, ["--contact", "2,3,1.5"], "share 1.5: must be from 0 to 1"),
+    "a share beyond the way": (None, ["--contact", "2,3,1.5"], "fraction 1.5: must be from 0 to 1"),
     "a place of two nodes": (None, ["--contact", "2,3"], "2,3"),
     "an unbalance at no node": (None, ["--unbalance", "77"], "no node 77"),
 }

@@ -10,6 +10,7 @@ import pytest
 
 import rsc
 from probes import pulses_of, written
+from rsc.study.explore.server import Explorer
 from scenes import SCENES, changed
 
 SCENE = rsc.Scene.from_dict(changed(drive={"duration": 0.3}))
@@ -41,6 +42,12 @@ WRONG = (
 )
 
 
+def ended(made):
+    """Close the page that a function has opened."""
+    if isinstance(made, Explorer):
+        made.close()
+
+
 @pytest.fixture(scope="module")
 def right(tmp_path_factory):
     """public function -> arguments with which it works."""
@@ -52,6 +59,7 @@ def right(tmp_path_factory):
     result.save(file.with_name("run.h5"))
     speed, near = 50.0, rsc.predict(SCENE, 50.0)[0].frequency
     line = {"scene": SCENE, "near": near, "speeds": (speed, speed + 1.0)}
+    short = {"scene": rsc.Scene.from_dict(changed(drive={"duration": 0.01})), "integrator": len, "settings": [1e-3]}
     return {
         rsc.simulate: {"scene": SCENE},
         rsc.check: {"scene": SCENE},
@@ -60,6 +68,9 @@ def right(tmp_path_factory):
         rsc.sweep: {"scene": SCENE, "vary": {"contact.friction": [0.1]}, "compute": "mu_min"},
         rsc.smallest_impulse: {"scene": SCENE.with_values({"drive.speed": speed}), "directions": 1, "largest": 0.01},
         rsc.motions: {"scene": SCENE, "speed": speed, "starts": 1, "largest": 0.01},
+        rsc.equations: {"scene": SCENE},
+        rsc.benchmark: {**short, "beside": rsc.benchmark(**short)},
+        rsc.explore: {"scene": SCENE},
         rsc.remedy: {"scene": SCENE.with_values({"contact.friction": 0.0}), "speed": speed, "starts": 1},
         rsc.sensitivity: {"scene": SCENE, "speed": speed, "values": ["contact.friction"]},
         rsc.predict: {"scene": SCENE, "speed": speed},
@@ -93,7 +104,7 @@ def test_every_public_function_is_tried(right):
     assert functions - right.keys() == set()
     for function, arguments in right.items():
         if function not in (rsc.delay, rsc.fit):  # which need a whirl that ends, a measured one that lasts
-            function(**arguments)
+            ended(function(**arguments))
 
 
 @pytest.mark.filterwarnings("error")
@@ -103,7 +114,7 @@ def test_wrong_arguments_are_refused_in_one_line(right, tmp_path, monkeypatch):
     for function, arguments in right.items():
         for name, value in itertools.product(inspect.signature(function).parameters, WRONG):
             try:
-                function(**arguments | {name: value})
+                ended(function(**arguments | {name: value}))
             except rsc.RscError as error:
                 refused += 1
                 text = str(error)

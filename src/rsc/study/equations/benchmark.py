@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.arguments import SCENE, takes
+from rsc.arguments import FUNCTION, LINE, SCENE, TEXT, ArgumentKind, optional, takes
 from rsc.errors import SolverError
 from rsc.files.tables import Table
 from rsc.presented import Brief, drawing
@@ -79,7 +79,11 @@ class Benchmark(Brief):
         return self.table()._repr_html_()
 
 
-@takes(scene=SCENE)
+SETTINGS = ArgumentKind("a list of numbers", lambda value: LINE.fits(value) and hasattr(value, "__len__"))
+EARLIER = ArgumentKind("a Benchmark", lambda value: isinstance(value, Benchmark))
+
+
+@takes(scene=SCENE, integrator=FUNCTION, settings=SETTINGS, name=TEXT, beside=optional(EARLIER))
 def benchmark(
     scene: Scene,
     integrator: Integrator,
