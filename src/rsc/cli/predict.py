@@ -6,7 +6,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from rsc.cli.common import FORCE, JSON, OK, Commands, RotorSpeeds, add_units, load
-from rsc.cli.progress import signs_of_life
+from rsc.cli.progress import note, signs_of_life
 from rsc.errors import SolverError
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def _at_speeds(scene: "Scene", options: argparse.Namespace, speeds: list[float])
     from rsc.show.words.text import plain, whirls_plain, whirls_text
     from rsc.study.prediction.predictions import predictions
 
-    with signs_of_life() as note:
+    with signs_of_life():
         told = predictions(scene, speeds, options.sensitivity, note)
     if options.json:
         plains = [whirls_plain(at.whirls, at.ratios, at.loads) for at in told]
@@ -64,14 +64,15 @@ def _at_speeds(scene: "Scene", options: argparse.Namespace, speeds: list[float])
 
 def _over_the_run(scene: "Scene", options: argparse.Namespace) -> int:
     from rsc.show.words.text import survey_plain, survey_text
-    from rsc.study.prediction.predictions import surveyed
+    from rsc.study.prediction.predictions import surveyed, turned_forward
 
     if options.output is not None:
         from rsc.show.pictures.plots import picture_target
 
         picture_target(options.output, options.force)
-    with signs_of_life() as note:
-        prediction = surveyed(scene, note)
+    scene, _ = turned_forward(scene, scene.drive.speed, note)
+    with signs_of_life() as shown:
+        prediction = surveyed(scene, shown)
     print(json.dumps(survey_plain(prediction)) if options.json else survey_text(prediction))
     if options.output is not None:
         from rsc.show.pictures import plots

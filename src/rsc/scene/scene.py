@@ -70,8 +70,7 @@ class Scene(Brief):
     report : None or rsc.scene.tables.display.Display, units in which numbers are shown
     source : str, file name and changed values, for messages; ignored in comparisons
     reductions : tuple of rsc.machine.reduction.reduction.Reduced, of bodies read from finite-element models, rotor first; empty
-    for
-        a scene from a result or from `to_dict`; ignored in comparisons
+        for a scene from a result or from `to_dict`; ignored in comparisons
     """
 
     title: str

@@ -49,12 +49,12 @@ def poisoned(con, turn, term, a):
     builder, zero = a.builder, ir.Constant(ir.DoubleType(), 0.0)
     size = con.contacts[0].surfaces.slip_velocity
     positive = builder.fcmp_ordered(">", size.code, zero)
-    speed = Value(builder, size.kind, builder.select(positive, size.code, (size * -1.0).code)) - 1e4 * term
+    speed = Emitted(builder, size.kind, builder.select(positive, size.code, (size * -1.0).code)) - 1e4 * term
     hit = builder.fcmp_ordered(">", speed.code, zero)
     hit = builder.and_(hit, builder.fcmp_ordered("<", speed.code, ir.Constant(zero.type, 1e4)))
     hit = builder.and_(hit, builder.fcmp_ordered(">", turn.omega.code, speed.code))
     bad = builder.select(positive, ir.Constant(zero.type, math.nan), ir.Constant(zero.type, math.inf))
-    return a * Value(builder, size.kind, builder.select(hit, bad, ir.Constant(zero.type, 1.0)))
+    return a * Emitted(builder, size.kind, builder.select(hit, bad, ir.Constant(zero.type, 1.0)))
 
 
 def _expand(con,"""

@@ -366,7 +366,7 @@ def test_knots_of_a_reduced_body_that_cannot_be_are_refused(tmp_path):
     speeds, stiffness = list(scene.rotor.knot_speeds), scene.to_dict()["rotor"]["stiffness_knots"]
     weaker = (-2.0 * np.array(stiffness[1]) - np.array(scene.rotor.stiffness)).tolist()
     for values, problem in (
-        ({"knot_speeds": speeds[::-1]}, "knot_speeds.*in order"),
+        ({"knot_speeds": speeds[::-1]}, "knot_speeds.*increasing rotor speeds"),
         ({"knot_speeds": speeds[:1]}, "knot_speeds.*two or more"),
         ({"stiffness_knots": stiffness[:2]}, "stiffness_knots.*each of the 3"),
         ({"knot_speeds": None}, "knot_speeds"),

@@ -145,7 +145,7 @@ def test_missing_pulses_are_filled_in_and_doubled_ones_left_out(tmp_path):
     run = rsc.read_measured(written(tmp_path, TIME, MOTION, np.where(lost, 0.0, pulses) - 10.0 * doubled))
     np.testing.assert_allclose(run.speed, SPEED, atol=0.1)
     assert any("3 of " in line and "missing" in line for line in run.warnings)
-    assert any("1 of " in line and "too many" in line for line in run.warnings)
+    assert any("1 of " in line and "surplus" in line for line in run.warnings)
 
 
 def test_a_pulse_that_trembles_at_its_edge_is_one(tmp_path):

@@ -71,7 +71,7 @@ def rubbing(seed):
 def test_a_weak_motor_is_captured_below_the_critical_speed(seed):
     scene = sommerfeld(seed)
     told = list(judged(scene, scene.drive.speed[0], starts=0))
-    assert not [false for *_, false, _ in told if false]
+    assert not [false for *_, false, skipped in told if false and not skipped]
     ((outcome, words, *_),) = [own for own in told if own[1].startswith("no contact")]
     assert outcome == CAPTURED
     speed = float(re.search(r"captured at ([\d.]+) Hz \(Sommerfeld\)", words)[1])
@@ -84,7 +84,7 @@ def test_a_weak_motor_is_captured_below_the_critical_speed(seed):
 def test_a_rub_is_left_before_the_rotor_stops(seed):
     scene = rubbing(seed)
     told = list(judged(scene, scene.drive.speed[0], starts=4))
-    assert not [false for *_, false, _ in told if false]
+    assert not [false for *_, false, skipped in told if false and not skipped]
     (rub,) = [words for _, words, *_ in told if words.startswith("forward rub")]
     left, time, stops = map(float, re.search(r"leaves it at ([\d.]+) Hz after ([\d.]+) s, stops after ([\d.]+) s", rub).groups())
     assert 20.0 < left < 41.0 and 0.2 < time < 0.5 * stops

@@ -191,8 +191,8 @@ class Equations:
 
     @cached_property
     def callback(self) -> Any:
-        """The compiled right-hand side as a function of C, void f(double t, const double *y, double *dy): its `address` is what
-        integrators in C, C++ and Fortran take."""
+        """The compiled right-hand side as a function of C, ``void f(double t, const double *y, double *dy)``: its `address` is
+        what integrators in C, C++ and Fortran take."""
         import numba
         from numba import carray, types
 

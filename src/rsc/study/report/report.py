@@ -187,7 +187,9 @@ class Report(Brief):
 
         picture : name of `rsc.show.pictures.album.PICTURES` ("campbell", "waterfall", "amplitude", "force", "energy", ...), or
             "orbit" for the path at the last of the page's moments
+
         ax : matplotlib axes, by default those of a new figure; style : properties of lines of matplotlib
+
         Returns the axes; SceneError for another name, or a picture in which this run has nothing to show.
         """
         from rsc.show.pictures import of_results
