@@ -234,7 +234,7 @@ def test_a_possible_state_that_the_run_does_not_come_to_is_not_continued(path, c
     rsc.simulate(rsc.load(path).scene, path=path)
     left_by_a_kill(path, faster)
     command = ["run", "scene.toml", "-o", str(path), "--resume"]
-    assert main(command) == 4 and "is not what the one before it, or the scene, leads to" in capsys.readouterr().err
+    assert main(command) == 4 and "does not follow from the one before it or from the scene" in capsys.readouterr().err
     assert main([*command, "--not-bitwise"]) == 0
 
 
