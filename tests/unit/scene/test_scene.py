@@ -277,7 +277,7 @@ class TestMatrixFiles:
             ("short.mtx", b"%%MatrixMarket matrix array real symmetric\n2 2\n2\n.1\n3E", "other than a number"),
             ("index.mtx", b"%%MatrixMarket matrix coordinate real general\n1 1 1\n2 1 1.0\n", "a row is"),
             ("count.mtx", b"%%MatrixMarket matrix coordinate real general\n1 1 2\n1 1 1.0\n", "entries"),
-            ("skew.mtx", b"%%MatrixMarket matrix array real skew-symmetric\n1 1\n1\n", "announces 0"),
+            ("skew.mtx", b"%%MatrixMarket matrix array real skew-symmetric\n1 1\n1\n", "declares 0"),
             ("complex.mtx", b"%%MatrixMarket matrix array complex general\n1 1\n1 2\n", "real"),
             ("huge.mtx", b"%%MatrixMarket matrix array real general\n1000000000 1000000000\n1\n", "its size is"),
             ("mass.txt", b"1 2", ".npz"),

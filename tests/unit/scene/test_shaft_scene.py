@@ -134,7 +134,7 @@ REFUSED = [
     ({"sections": "[{lenght = 0.5, diameter = 0.1}]"}, r"rotor\.sections\[0\]\.lenght = 0\.5: must be a key .*did you mean"),
     ({"at": '"600 mm"'}, r"contact\.at = '600 mm': must be on the shaft, 0 to 0\.5 m from its left end"),
     ({"at": '"-1 mm"'}, r"contact\.at = '-1 mm': must be on the shaft"),
-    ({"at": '"propeller"'}, r"contact\.at = 'propeller': must be a place: .*\(names: impeller, drive end\)"),
+    ({"at": '"propeller"'}, r"contact\.at = 'propeller': must be a position: .*\(names: impeller, drive end\)"),
     ({"at": '{section = "seat", left = "301 mm"}'}, r"contact\.at\.left = '301 mm': must be a number >= 0 and <= 0\.3 m"),
     ({"at": '{section = "neck", left = 0.1}'}, r"contact\.at\.section = 'neck': must be the name of a section \(names: seat\)"),
     ({"disks": '[{at = "501 mm", diameter = 0.2, width = 0.03}]'}, r"rotor\.disks\[0\]\.at = '501 mm': must be on the shaft"),
@@ -159,7 +159,7 @@ REFUSED = [
     ),
     (
         {"bearings": "[{at = 0.1}, {at = 0.4, stiffness = 1e7}]"},
-        r"rotor\.bearings\[0\]\.stiffness = \(missing\): must be given, or instead of it table",
+        r"rotor\.bearings\[0\]\.stiffness = \(missing\): must be given, or table instead",
     ),
     (
         {"bearings": '[{at = 0.1, stiffness = "5 mm"}, {at = 0.4, stiffness = 1e7}]'},
@@ -211,7 +211,7 @@ def test_a_place_along_no_shaft_is_refused():
     lines = [line for line in own.splitlines()]
     start, end = lines.index("sections = ["), lines.index("[contact]")
     simple = "\n".join([*lines[:start], "mass = 1.0", "frequency = 30.0", *lines[end:]])
-    with pytest.raises(rsc.SceneError, match=r'contact\.at = \'330 mm\': left out \(the rotor does not have model "shaft"'):
+    with pytest.raises(rsc.SceneError, match=r'contact\.at = \'330 mm\': must be left out \(the rotor does not have model "shaft"'):
         rsc.Scene.from_toml(simple)
     without = text().replace('at = "330 mm"', "")
     with pytest.raises(rsc.SceneError, match=r"contact\.at = \(missing\): must be given: the position along the shaft"):

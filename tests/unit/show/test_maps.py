@@ -187,9 +187,10 @@ def test_whirls_of_two_frequencies_are_two_classes():
     figure = sweep_pictures.pictures(data)["motion"]
     names = ["backward whirl, sliding at -44.02 Hz (33 %)", "running away (17 %)", "backward whirl, sliding at -35.81 Hz (50 %)"]
     assert sorted(legend_of(figure)) == sorted(names)
-    assert figure.axes[0].get_xlabel().startswith("impulse on the rotor at time 0 (start.impulse[0])")
+    assert figure.axes[0].get_xlabel() == "impulse on the rotor at time 0 (start.impulse[0]) in mN s"
     assert figure.axes[0].get_aspect() == 1.0
-    assert cells_of(figure, 0.5, 0.1) == cells_of(figure, -0.5, 0.0) != cells_of(figure, 0.5, 0.0) == cells_of(figure, 0.0, 0.1)
+    # axes in mN s
+    assert cells_of(figure, 500, 100) == cells_of(figure, -500, 0) != cells_of(figure, 500, 0) == cells_of(figure, 0, 100)
 
 
 def test_scattered_values_become_bars_for_each_whirl():

@@ -49,12 +49,12 @@ from rsc.scene.keys.keys import (
 class _Laval(BodyModel):
     """One mass on an isotropic spring and dashpot."""
 
-    mass: float = declare(MASS, meaning="Mass.")
+    mass: float = declare(MASS, meaning="Mass of the body.")
     frequency: float | None = declare(
         Number("frequency", above=0.0), None, meaning="Undamped natural frequency, instead of the stiffness."
     )
     stiffness: float | None = declare(STIFFNESS, None, meaning="Isotropic stiffness.")
-    damping_ratio: float | None = declare(RATIO, None, meaning="Damping ratio.")
+    damping_ratio: float | None = declare(RATIO, None, meaning="Damping ratio of the body.")
     damping: float | None = declare(Number("damping"), None, meaning="Damping constant of the dashpot.")
     supports: tuple = declare(SUPPORTS, (), meaning=SUPPORTS_MEANING, mirror=mirror.supports)
 

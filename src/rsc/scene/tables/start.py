@@ -72,7 +72,7 @@ class Start:
     stator: tuple[complex, ...] = declare(_DISPLACEMENT, None, meaning="Displacements of the stator at time 0, m.")
     stator_velocity: tuple[complex, ...] = declare(_VELOCITY, None, meaning="Velocities of the stator at time 0, m/s.")
     impulse: complex = declare(
-        PairReader("impulse"), None, meaning="Impulse on the rotor at its contact coordinate at time 0, added to the start."
+        PairReader("impulse"), None, meaning="Impulse on the rotor at time 0: at its contact coordinate, added to the start."
     )
     allow_penetration: bool = declare(
         Flag(), False, meaning="Allow a start with a penetration of more than a tenth of the gap, which is otherwise refused."
