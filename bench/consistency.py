@@ -52,17 +52,17 @@ SAME, LETTER, DRAWN = 1e-9, 0.02, 1e-3  # of figures of the same runs; of freque
 
 
 def scene_of(seed, number):
-    """A machine at its speed, knocked at the first moment."""
+    """A machine at its speed after an impact at the start."""
     scene, dice = machine(seed, number), np.random.default_rng([seed, number])
     scene = scene.steady(scene.drive.speed[0], 60.0 / scene.drive.speed[0])
     size = 8.0 * np.pi * scene.contact.gap * scene.drive.speed[0] * dice.uniform(0.0, 1.0) * mass_of(scene)
     angle = dice.uniform(0.0, 2.0 * np.pi)
     try:
-        knocked = scene.with_values({"start.running": True, "start.impulse": [size * np.cos(angle), size * np.sin(angle)]})
-        rsc.simulate(knocked.with_values({"drive.duration": 1e-3}))
+        hit = scene.with_values({"start.running": True, "start.impulse": [size * np.cos(angle), size * np.sin(angle)]})
+        rsc.simulate(hit.with_values({"drive.duration": 1e-3}))
     except rsc.RscError:  # it would touch
         return scene
-    return knocked
+    return hit
 
 
 def mass_of(scene):

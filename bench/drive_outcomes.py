@@ -32,7 +32,7 @@ from rsc.system.assemble import assemble
 from rsc.system.held import BRAKES, CAPTURED, HOLDS, SPEEDS_UP, STOPS, UNKNOWN
 from third_engine import GAP, TooStiff, machine_of, release, step_of
 
-SPEED, STOP, KNOCKS = 0.005, 0.02, 6
+SPEED, STOP, IMPACTS = 0.005, 0.02, 6
 MOST_STEPS = 400_000  # of the third engine, some 20 s
 LONGER, FINER = 1.6, 1.6  # times the time that a sentence tells, and steps so many times shorter
 
@@ -80,7 +80,7 @@ def machine(seed, number):
     return rsc.Scene.from_dict(tables)
 
 
-def judged(scene, speed, starts=KNOCKS, seed=0):
+def judged(scene, speed, starts=IMPACTS, seed=0):
     """(outcome, sentence, what is false of it or "", whether it was skipped) of every released motion of a scene."""
     search = Search(scene.steady(speed), speed)
     yield from judged_held(scene, search, with_held(search, search.motions(starts, seed), scene))
