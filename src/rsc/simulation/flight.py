@@ -20,6 +20,7 @@ LENGTHS, UNITS = 4, 8  # lengths of blocks, and units in the longest where those
 MOST_SHORTEST = 3  # power of two of the units in the shortest block: the weights of a longest one must stay in the cache
 # times longer than a stable step the longest block would be, and has to be where a power of two or the modes cut it short
 LIMITED, LEAST = 16.0, 8.0
+OUT_OF_SCALE = 1e6  # the same, from which on no run in contact could end: such a scene is refused, flight or not
 CONTRACTION = 0.5  # of the sweep over the nodes, per sweep
 SWEEPS = 16  # of a random start, after which its growth tells the spectral radius
 GROWTH = 10.0  # of a free motion in a block
@@ -47,7 +48,7 @@ def with_flight(model):
     rate = max(fastest, 0.5 * _slowest(model))
     longest = ANGLE / rate if rate > 0.0 else np.inf
     longest = min(longest, UNITS * 0.5 * model.stretch)  # no more than a stretch ends between two times
-    if not LIMITED * model.stable_open <= np.sqrt(2.0) * longest:
+    if not LIMITED * model.stable_open <= np.sqrt(2.0) * longest <= OUT_OF_SCALE * model.stable_open:
         return model, ""
     flight, why = _flight(model, longest, fastest)
     return model._replace(flight=flight), why
