@@ -211,7 +211,8 @@ def test_a_place_along_no_shaft_is_refused():
     lines = [line for line in own.splitlines()]
     start, end = lines.index("sections = ["), lines.index("[contact]")
     simple = "\n".join([*lines[:start], "mass = 1.0", "frequency = 30.0", *lines[end:]])
-    with pytest.raises(rsc.SceneError, match=r'contact\.at = \'330 mm\': must be left out \(the rotor does not have model "shaft"'):
+    told = r'contact\.at = \'330 mm\': must be left out \(the rotor does not have model "shaft"'
+    with pytest.raises(rsc.SceneError, match=told):
         rsc.Scene.from_toml(simple)
     without = text().replace('at = "330 mm"', "")
     with pytest.raises(rsc.SceneError, match=r"contact\.at = \(missing\): must be given: the position along the shaft"):
