@@ -6,7 +6,7 @@ Every case is run by rk45, by taylor8 as steps alone, and by taylor8 with flight
 run by steps alone of taylor8 at a tolerance of 1e-12 (judged by matrix exponentials and other programs in
 tests/unit/simulation/test_flight.py and bench/work_precision.py), times the least of some repetitions of the kernel, in turns.
 Ratios are taken at equal error: the time of the faster of rk45 and taylor8 alone, interpolated between their tolerances, over
-that with flight. `--onsets N`: random machines with modes that ring, of which the first onsets of contact are compared. --write:
+that with flight. `--onsets N`: compare the first onsets of contact of N random machines with ringing modes. --write:
 the page bench/results/flight.md.
 """
 

@@ -93,7 +93,7 @@ def contradictions(text, folder):
     model, added = load_model(folder / "m.npz")[0], tomllib.loads((folder / "m.toml").read_text())["rotor"].get("bearings", [])
     told = TOLD.search(text)
     if told is None:
-        return ["tells no modes"]
+        return ["no modes are printed"]
     values, found = eigenvalues(model, added, float(told[1])), []
     slow = np.sort_complex(values[np.argsort(np.abs(values))])
     largest = 0.0
@@ -148,7 +148,7 @@ def main():
         elif code:
             print(f"import {number} ({', '.join(words)}): {errors.getvalue().strip()}", file=sys.stderr, flush=True)
     counts = f"{options.imports} random imports: {ends['imported']} imported, {ends['refused']} refused"
-    lines = [f"{counts}; {wrong} of which a remark contradicts the modes of what was written.", ""]
+    lines = [f"{counts}; {wrong} whose remarks contradict the modes of the written machine.", ""]
     lines += ["| imported, with | imports |", "|---|---|", *(f"| {word} | {count} |" for word, count in sorted(kinds.items()))]
     print("\n".join(lines))
     if options.write and not wrong:

@@ -85,7 +85,7 @@ def _windows(own, witness, j):
 
 
 def of_frequency(text, witness):
-    """Ranges of the rates at which d turns in windows that whirl, at the contact that each window is told of."""
+    """Ranges of the rates at which d turns in windows with a whirl, at the contact named for each window."""
     report = witness.report
     contacts = report.result.scene.contacts
     for part in text.split("; "):

@@ -37,7 +37,7 @@ class Runs:
         self.contacts = [machine_of(system.at_contact(contact.name).at_speed(speed)) for contact in system.contacts]
 
     def of(self, number, finer=1.0):
-        """[Signals] at every contact of a run; 0: from the start itself, others from beside it."""
+        """[Signals] at every contact of a run; 0: from the start itself, others from perturbed starts."""
         if (number, finer) not in self._known:
             self._known[number, finer] = self.signals(self.path(number, finer))
         return self._known[number, finer]

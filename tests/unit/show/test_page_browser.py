@@ -1,29 +1,23 @@
 """report.html in headless Chromium: nothing on the console, every picture, a cursor that moves the orbit, paper."""
 
 import re
-import shutil
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from browsers import chromium, needs_chromium
 from reports import short_report
 from rsc.show.page import write_page
 
-CHROMIUM = shutil.which("chromium")
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium here: `make browser` installs Debian's")
-FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-         "--disable-component-update", "--disable-sync"]  # fmt: skip
+pytestmark = needs_chromium
 HOSTILE = '</title></script><script>document.title="taken"</script><img src="https://example.org/x" onerror="alert(1)">'
 
 
 @pytest.fixture(scope="module")
 def browser():
-    playwright = pytest.importorskip("playwright.sync_api")
-    with playwright.sync_playwright() as started:
-        browser = started.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield browser
-        browser.close()
+    with chromium() as running:
+        yield running
 
 
 @pytest.fixture(scope="module")

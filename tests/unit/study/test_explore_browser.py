@@ -1,19 +1,16 @@
 """The page of `rsc explore` in headless Chromium: it follows moves, undoes them and keeps them in its address, at two widths."""
 
 import json
-import shutil
 import time
 from urllib.parse import unquote
 
 import pytest
 
 import rsc
+from browsers import chromium, needs_chromium
 from scenes import LAVAL, changed
 
-CHROMIUM = shutil.which("chromium")
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium here: `make browser` installs Debian's")
-FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-         "--disable-component-update", "--disable-sync"]  # fmt: skip
+pytestmark = needs_chromium
 SCENE = rsc.Scene.from_dict(
     changed(LAVAL, title="<b>Laval</b>", drive={"speed": 50.0, "duration": 0.4}) | {"start": {"running": True}}
 )
@@ -23,11 +20,8 @@ SLIDE += "r.dispatchEvent(new Event('change')); }"
 
 @pytest.fixture(scope="module")
 def browser():
-    playwright = pytest.importorskip("playwright.sync_api")
-    with playwright.sync_playwright() as started:
-        browser = started.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield browser
-        browser.close()
+    with chromium() as running:
+        yield running
 
 
 @pytest.fixture(scope="module")
