@@ -131,6 +131,7 @@ BEYOND = {
     "orbit": lambda border: f"orbit of {border.orbit:.3g} times the shaft's radius",
     "surface": lambda border: f"surface at {amount(border.surface, 'm/s')}",
     "heating": lambda border: f"friction of {amount(border.heating, 'W')}/kg",
+    "yielding": lambda border: f"normal force of {border.yielding:.3g} times the yield force of the contact",
 }
 
 
