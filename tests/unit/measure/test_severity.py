@@ -94,6 +94,13 @@ def test_what_no_impact_starts_is_told_and_does_not_count():
     assert "none of 16 impacts started backward whirl, rolling" in verdict_text(verdict)
 
 
+@pytest.mark.parametrize("ended", [[1] * 16, [0] * 8 + [1] * 8])
+def test_what_runs_away_has_no_size_whether_an_impact_starts_it_or_not(ended):
+    away = motion(Kind.RUNNING_AWAY, 1e10, border=Border(2.5e6, 623.0, math.nan, 2.9e6, math.nan))
+    text = verdict_text(verdict_of(None, None, (), [listed([away, NOTHING], ended)]))
+    assert "does not bound" in text and "beyond the model" not in text and "623" not in text and "e+06" not in text
+
+
 def test_nothing_found_states_the_coverage():
     text = verdict_text(verdict_of(None, None, (), [listed([NOTHING], [0] * 16)]))
     assert "None of 16 impacts" in text and "95 %" in text and "any one motion" in text and "17.1 %" in text
