@@ -115,7 +115,7 @@ class Stations:
         try:
             made = divided(self.shaft, top, source, values["elements"])
         except DataError as error:
-            table.refuse("bearings", [one.place for one in self.shaft.supports], "bearings that support the shaft", error.problem)
+            table.refuse("bearings", [float(f"{one.place:.6g}") for one in self.shaft.supports], "bearings that support the shaft", error.problem)
         values.refuse_untaken()
         sections = len(self.shaft.sections)
         origin = f"{source} has {sections} sections and {made.words}"

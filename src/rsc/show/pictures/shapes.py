@@ -31,6 +31,7 @@ def shape(modes: Modes, number: int) -> dict[str, Any]:
     later.
     """
     mode, own = modes.rotor[number], modes.shapes[number]
+    begin = _largest(own)
     places, reach = MM * own.position, MM * float(own.position.max())
     data = [line(places[[0, -1]], [0.0, 0.0], "axis", GREY, "dashdot", 1.0), *_directions(reach)]
     seen, forward = own.size > SEEN, own.is_positive == (modes.speed >= 0.0)
@@ -40,9 +41,9 @@ def shape(modes: Modes, number: int) -> dict[str, Any]:
     senses = [(forward & seen, "forward", BLUE), (~forward & seen, "backward", RED)]
     for which, name, colour in senses:
         if (which & chosen).any():
-            x, y = _orbits(own, which & chosen, reach)
+            x, y = _orbits(own, which & chosen, reach, begin)
             data.append(line(x, y, f"orbit, {name}", colour, width=1.1))
-    turned = [_view(places, own.at(phi), reach) for phi in (0.0, 0.5 * np.pi)]
+    turned = [_view(places, own.at(begin + phi), reach) for phi in (0.0, 0.5 * np.pi)]
     x, y = turned[0]
     data.append(_moving(line(x, y, "shaft", GREY, width=2.2), places, turned[1]))
     for which, name, colour in senses:
@@ -65,9 +66,16 @@ def _view(places: Any, r: NDArray[np.complex128], reach: float) -> Any:
     return places + FLAT[0] * reach * r.real, r.imag + FLAT[1] * r.real
 
 
-def _orbits(own: ModeShape, which: NDArray[np.bool_], reach: float) -> Any:
+def _largest(own: ModeShape) -> float:
+    """Angle in rad at which the node that moves most is drawn highest."""
+    lead = int(np.argmax(own.size))
+    heights = [float(_view(0.0, own.at(phi)[lead], 0.0)[1]) for phi in (0.0, 0.5 * np.pi)]
+    return float(np.arctan2(heights[1], heights[0]))
+
+
+def _orbits(own: ModeShape, which: NDArray[np.bool_], reach: float, begin: float) -> Any:
     """The orbits of some nodes, one after the other."""
-    around = np.array([own.at(phi)[which] for phi in ARC]).T
+    around = np.array([own.at(begin + phi)[which] for phi in ARC]).T
     x, y = _view(MM * own.position[which, None], around, reach)
     gap = np.full((len(x), 1), np.nan)
     return np.hstack([x, gap]).ravel(), np.hstack([y, gap]).ravel()
