@@ -21,6 +21,7 @@ from rsc.scene.bodies.machine_file import Machine, machine_of_file
 from rsc.scene.bodies.machines import is_machine, only_or_all, places_of, read_reduction, reduced, with_coordinates
 from rsc.scene.bodies.reduced import ReducedRotor, Reduction
 from rsc.scene.bodies.shafts import Stations
+from rsc.scene.bodies.states import MagneticBearing, States
 from rsc.scene.bodies.stations import with_nodes
 from rsc.scene.files.toml_file import tables_of, text_of
 from rsc.scene.files.toml_text import toml_text
@@ -54,6 +55,10 @@ _SECTIONS: dict[str, type] = {
     CLEARANCE: Clearance,
     LIMITS: Limits,
     REPORT: Display,
+    "rotor.states": States,
+    "stator.states": States,
+    "rotor.magnetic_bearings": MagneticBearing,
+    "stator.magnetic_bearings": MagneticBearing,
 }
 
 
@@ -104,6 +109,7 @@ class Scene(Brief):
         """Names of `tables`."""
         contacts = [f"contact.{contact.name}" for contact in self.contacts] if len(self.contacts) > 1 else ["contact"]
         names = [name for key in _TABLES for name in (contacts if key == "contact" else [key])]
+        names += [name for body in ("rotor", "stator") for name in _inside(body, getattr(self, body))]
         names += [f"{CLEARANCE}.{clearance.name}" for clearance in self.clearances]
         return names + [key for key in (LIMITS, REPORT) if getattr(self, key) is not None]
 
@@ -230,7 +236,8 @@ class Scene(Brief):
 
     def section(self, table: str) -> type:
         """The class that declares the keys of one of `tables`."""
-        return _SECTIONS.get(table.partition(".")[0]) or type(getattr(self, table))
+        own = _SECTIONS.get(table.partition("[")[0]) or _SECTIONS.get(table.partition(".")[0])
+        return own or type(getattr(self, table))
 
     def table_name(self, name: str, dotted: object, value: object = None) -> str:
         """The name of one of `tables`; a single contact may also be referred to by its own name.
@@ -286,7 +293,19 @@ def _named(key: str, content: Any) -> dict[str, dict[str, Any]]:
 
 def _all_named(content: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """All tables of a scene's content by name, see `Scene.tables`."""
-    return {name: table for key in content if key != "title" for name, table in _named(key, content[key]).items()}
+    named = {name: table for key in content if key != "title" for name, table in _named(key, content[key]).items()}
+    for body in ("rotor", "stator"):
+        inner = [named[body].get("states"), *(table for _, table in named[body].get("magnetic_bearings", ()))]
+        named |= dict(zip(_inside(body, named[body]), filter(None, inner), strict=True))
+    return named
+
+
+def _inside(body: str, own: Any) -> list[str]:
+    """Names of the tables inside a body, a model or its plain content: "rotor.states", "rotor.magnetic_bearings[0]"."""
+    states, bearings = (
+        own.get(key) if isinstance(own, Mapping) else getattr(own, key) for key in ("states", "magnetic_bearings")
+    )
+    return [f"{body}.states"] * (states is not None) + [f"{body}.magnetic_bearings[{i}]" for i in range(len(bearings or ()))]
 
 
 def _key_classes() -> dict[str, tuple[type, ...]]:

@@ -194,6 +194,9 @@ def joined_at_contacts(system: System) -> Body:
     matrices = {name: basis.T @ getattr(body, name) @ basis for name in names}
     rows = [np.concatenate([contact.rotor, np.zeros(system.n_stator)]) @ basis for contact in own]
     symmetric = {name: 0.5 * (matrix + matrix.T) for name, matrix in matrices.items()}
+    if body.n_states:
+        sensed = {name: getattr(body, name) @ basis for name in ("state_displacement", "state_velocity")}
+        symmetric |= {"state_matrix": body.state_matrix, "state_force": basis.T @ body.state_force, **sensed}
     return Body(**symmetric, contact=rows[0] if len(rows) == 1 else np.array(rows))
 
 
@@ -225,6 +228,8 @@ def critical_speeds(system: System, low: float, high: float) -> list[float]:
 
 
 def _without_damping(body: Body) -> Body:
+    """The body without damping, cross-coupling and first-order states."""
+    body = body.without_states()
     no_matrix: dict[str, Any] = dict.fromkeys(("skew_damping", "anisotropic_damping", "skew_stiffness", "rotating_damping"))
     return replace(body, damping=np.zeros_like(body.damping), **no_matrix)
 
