@@ -280,7 +280,8 @@ def _slowest(system: System, speed: float) -> tuple[float, float, bool]:
             slowest = float(vibrating.min())
     vibrations = free_vibrations(system, speed)
     if system.n_states:  # a controller is no spring
-        slowest = min((abs(each.frequency) for each in vibrations if each.frequency), default=slowest)
+        size = np.abs([each.frequency for each in vibrations])
+        slowest = min(size[size > FREE * size.max()], default=slowest)
     rates = [vibration.growth_rate for vibration in vibrations if vibration.growth_rate != 0.0]
     grows = max(rates, default=0.0) > FREE * slowest
     return slowest, max(min(map(abs, rates), default=slowest), FREE * slowest), grows
