@@ -5,7 +5,7 @@ import pytest
 
 import rsc
 from naive import integrate
-from rsc.errors import SceneError, SolverError
+from rsc.errors import SceneError
 from rsc.kernel.tableau import METHODS
 from rsc.scene.scene import Scene
 from rsc.study.run.start import initial_state
@@ -174,7 +174,3 @@ def test_states_of_a_start_need_states():
         Scene.from_dict(changed(LEVITATED, start={**LEVITATED["start"], "stator_states": [[0.0, 0.0]]}))
 
 
-def test_what_cannot_take_states_yet_says_so():
-    scene = Scene.from_dict(LEVITATED)
-    with pytest.raises(SolverError, match="magnetic_bearings"):
-        rsc.predict(scene, 50.0)
