@@ -211,10 +211,10 @@ def settled(con, segment, clock, a):
 def at_start(con, x):
     """Coordinates at the start of a step: the angle of an integrated speed, distances travelled by races and integrals of states
     are reset to zero."""
-    rest = without_integrals(con, x)
+    fresh = without_integrals(con, x)
     if not is_driven(con):
-        return without_ways(con.contacts, rest)
-    return without_ways(con.contacts, rest - angle_of(con.drive, rest) * con.drive.spin)
+        return without_ways(con.contacts, fresh)
+    return without_ways(con.contacts, fresh - angle_of(con.drive, fresh) * con.drive.spin)
 
 
 @inlined

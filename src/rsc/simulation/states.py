@@ -33,10 +33,10 @@ def with_states(model, system, modes, gap, omega):
     for body, own in zip(bodies, modes, strict=True):
         p, at = body.n_states, slice(i, i + body.n_coordinates)
         if p:
-            here = slice(k, k + p)
-            matrix[here, here] = body.state_matrix
-            sensed[here, at], moved[here, at] = (part @ own.shape for part in (body.state_displacement, body.state_velocity))
-            force[at, here] = own.shape.T @ body.state_force / own.reference_mass
+            z = slice(k, k + p)
+            matrix[z, z] = body.state_matrix
+            sensed[z, at], moved[z, at] = (part @ own.shape for part in (body.state_displacement, body.state_velocity))
+            force[at, z] = own.shape.T @ body.state_force / own.reference_mass
             direct[at, at] = -own.shape.T @ body.state_stiffness @ own.shape / own.reference_mass
         i, k = i + body.n_coordinates, k + p
     amplitude = _amplitudes(matrix, sensed, moved, omega) * gap

@@ -266,7 +266,8 @@ class Body:
     def refuse_states(self) -> None:
         """SolverError for a body with first-order states, where they are not supported."""
         if self.n_states:
-            raise SolverError("states, magnetic_bearings: implemented for `rsc run` from a given state or the centre only")
+            what = "first-order states (states, magnetic_bearings) are not predicted yet"
+            raise SolverError(f"{what} where directions differ or at several contacts; `rsc run` simulates them")
 
     def _refuse_following(self) -> None:
         if self.follows:

@@ -8,7 +8,7 @@ r_S: what the prediction calls the coupled system, H_R + H_S = 0, where there is
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import nan
+from math import copysign, inf, nan
 from math import tau as TWO_PI
 from typing import Any, overload
 
@@ -243,7 +243,7 @@ def _mode(body: Body, vibration: FreeVibration, undamped: list[FreeVibration], s
     if size <= _FREE * fastest:
         return Mode(0.0, 0.0, 0.0, nan, nan, NONE, share, FREE)
     if abs(frequency) * TWO_PI <= _FREE * fastest:
-        return Mode(0.0, nan, growth, vibration.decrement, -growth / size, NONE, share, UNSTABLE if growth > 0.0 else STILL)
+        return Mode(0.0, nan, growth, copysign(inf, -growth), -growth / size, NONE, share, UNSTABLE if growth > 0.0 else STILL)
     still = abs(growth) <= _UNDAMPED * fastest
     growth = 0.0 if still else growth
     remark = UNDAMPED if still else UNSTABLE if growth > 0.0 else ""

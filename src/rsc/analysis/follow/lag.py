@@ -62,7 +62,9 @@ def lag(system: System, time: NDArray[np.float64], speed: NDArray[np.float64], P
         return Lag(*np.zeros((3, n)))
     shapes = [np.concatenate(whirl_shapes(system, Psi[i], F_N[i], speed[i])) for i in range(n)]
     equilibrium = np.array(shapes)
-    parts = [np.gradient(equilibrium, time, axis=0), 1j * np.gradient(Psi, time)[:, None] * equilibrium]
+    moving = np.gradient(equilibrium, time, axis=0)
+    euler = 1j * np.gradient(Psi, time)[:, None] * equilibrium
+    parts = [moving, euler]
     if system.n_states:
         bodies = [system.at_speed(Omega).joined() for Omega in speed]
         held = [states_of(own, w, shape) for own, w, shape in zip(bodies, Psi, shapes, strict=True)]

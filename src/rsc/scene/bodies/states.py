@@ -135,8 +135,8 @@ def _bearing(table: RawTable, key: str, item: Any, body: Any) -> tuple[int, Magn
 def matrices_of(body: Any) -> Matrices | None:
     """The first-order states of a body: those of `states`, then of every magnetic bearing a, q (if K_d, K_i are not 0) and u;
     None without."""
-    n, given = body.n_coordinates, body.states
-    parts = [] if given is None else [_of_states(given, n)]
+    n, states = body.n_coordinates, body.states
+    parts = [] if states is None else [_of_states(states, n)]
     parts += [_of_bearing(bearing, place, n) for place, bearing in body.magnetic_bearings or ()]
     if not parts:
         return None

@@ -206,9 +206,13 @@ def test_whirls_of_many_scenes_are_those_of_each():
         assert many.growth_rate[i, 1] == pytest.approx([row[2] for row in WHIRLS[friction]], rel=1e-3)
 
 
-def test_several_contacts_with_states_are_refused_in_one_line():
-    content = pump().to_dict()
-    content["rotor"]["magnetic_bearings"] = [[1, CONTROLLER]]
-    with pytest.raises(SolverError, match="only one contact can be predicted") as error:
-        rsc.predict(Scene.from_dict(content), 50.0)
-    assert "\n" not in str(error.value)
+def test_what_is_not_predicted_with_states_is_refused_in_one_line():
+    sealed = pump().to_dict()
+    sealed["rotor"]["magnetic_bearings"] = [[1, CONTROLLER]]
+    directed = changed(LEVITATED, rotor={"supports": [[0, [2e4, 0.0, 0.0, 1e4]]]})
+    for content, words in ((sealed, "only one contact can be predicted"), (directed, "directions differ")):
+        with pytest.raises(SolverError, match=words) as error:
+            rsc.predict(Scene.from_dict(content), 50.0)
+        assert "magnetic_bearings" in str(error.value) and "\n" not in str(error.value)
+    with pytest.raises(SolverError, match="first-order states"):
+        rsc.equations(Scene.from_dict(LEVITATED))
