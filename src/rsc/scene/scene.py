@@ -55,11 +55,8 @@ _SECTIONS: dict[str, type] = {
     CLEARANCE: Clearance,
     LIMITS: Limits,
     REPORT: Display,
-    "rotor.states": States,
-    "stator.states": States,
-    "rotor.magnetic_bearings": MagneticBearing,
-    "stator.magnetic_bearings": MagneticBearing,
 }
+_INSIDE: dict[str, type] = {"states": States, "magnetic_bearings": MagneticBearing}  # tables inside [rotor] and [stator]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -236,7 +233,8 @@ class Scene(Brief):
 
     def section(self, table: str) -> type:
         """The class that declares the keys of one of `tables`."""
-        own = _SECTIONS.get(table.partition("[")[0]) or _SECTIONS.get(table.partition(".")[0])
+        outer, _, inner = table.partition(".")
+        own = _SECTIONS.get(outer) or _INSIDE.get(inner.partition("[")[0])
         return own or type(getattr(self, table))
 
     def table_name(self, name: str, dotted: object, value: object = None) -> str:
@@ -325,6 +323,9 @@ def all_keys() -> list[str]:
 def all_names() -> list[str]:
     """All dotted keys, then the names of amounts and angles, without duplicates."""
     names = all_keys()
+    for key, section in _INSIDE.items():
+        numbered = f"{key}[0]" if section is MagneticBearing else key
+        names += [f"{body}.{numbered}.{name}" for body in ("rotor", "stator") for name in known_keys(section)]
     for table, classes in _key_classes().items():
         keys = [key for item in classes for key in known_keys(item) if polar_readers(item, key)]
         names += [f"{table}.{key}.{word}" for key in keys for word in POLAR]
