@@ -236,7 +236,8 @@ def test_save_refuses_in_one_line(tmp_path):
 
 def survey_of(branches=(), rubs=(), ratios=()):
     """A survey as far as its map reads it."""
-    scene = SimpleNamespace(title="map", contact=SimpleNamespace(gap=1e-3))
+    contact = SimpleNamespace(gap=1e-3)
+    scene = SimpleNamespace(title="map", contact=contact, contacts=(contact,))
     return SimpleNamespace(rolls={}, scene=scene, branches=branches, rubs=rubs, ratios=ratios)
 
 

@@ -79,12 +79,14 @@ def directions_differ(body, row):
 
 
 def set_remarks(system):
-    """Remark on what is not shown of whirls at several contacts of a System; a list of str."""
+    """Remarks on what is not predicted, or not shown, of whirls at several contacts of a System; a list of str."""
     n = len(system.contacts)
+    remarks = ["forward rubs, whirls that roll and delayed jumps are predicted for one contact only (rsc motions simulates them)"]
     if n <= COMPLETE:
-        return []
+        return remarks
     most = f"; sets of more than {MOST} are not looked at" if n > MOST else ""
-    return [f"whirls at {COMPLETE + 1} contacts or more are what Newton's method found; that none is missing is not shown{most}"]
+    shown = f"whirls at {COMPLETE + 1} contacts or more are what Newton's method found; that none is missing is not shown{most}"
+    return [*remarks, shown]
 
 
 def _undamped(system):

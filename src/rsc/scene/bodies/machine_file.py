@@ -93,9 +93,9 @@ def _with_bearings(table: RawTable, model: Any, raw: object) -> Any:
         coefficients = [coefficients_of(table, f"{key}[{k}]", part, unit) for k, (unit, part) in enumerate(units, 1)]
         bearings.append(Bearing(_node(table, f"{key}[0]", parts[0]), *coefficients))
     try:
-        return with_bearings(model, bearings)
+        return with_bearings(model, bearings, required=False)
     except DataError as error:
-        table.refuse("bearings", raw, "bearings at nodes of the model that leave no rigid-body motion", error.problem)
+        table.refuse("bearings", raw, "bearings at nodes of the model", error.problem)
 
 
 def coefficients_of(table: RawTable, key: str, raw: Any, unit: str) -> Any:

@@ -100,6 +100,8 @@ def reduced(
     from rsc.machine.reduction.reduction import reduce
 
     rotor, model, observers = table.name == "rotor", machine.model, machine.observers
+    if model.free:
+        _refuse_loose(table, machine, touching)
     tolerance, (low, high), (slowest, fastest) = reduction
     top = max(abs(slowest), abs(fastest))
     try:
@@ -131,6 +133,18 @@ def reduced(
     if model.speed is not None:
         content["coefficients_at"] = model.speed
     return RawTable(table.file, table.name, content, table.folder), replace(result, model=model)
+
+
+def _refuse_loose(table: RawTable, machine: Machine, touching: Sequence[Any]) -> None:
+    """SceneError for a free body, unless it is a rotor that its contacts catch in every motion."""
+    from rsc.machine.imports.bearings import refuse_loose
+    from rsc.machine.model.contact import row_at
+
+    rotor = table.name == "rotor"
+    try:
+        refuse_loose(machine.model, [row_at(machine.model, place_of(table, place)) for place in touching] if rotor else [])
+    except DataError as error:
+        table.refuse("bearings", table.values.get("bearings"), f"bearings that support the {table.name}", error.problem)
 
 
 def only_or_all(places: Sequence[Any]) -> Any:

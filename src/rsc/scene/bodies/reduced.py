@@ -111,7 +111,9 @@ class _Reduced(BodyModel):
     contact_masses: tuple | None = declare(
         MatrixReader(), None, meaning="Mass matrix of the first coordinates with several contacts."
     )
-    stiffness: tuple = declare(MatrixReader(), meaning="Stiffness matrix, symmetric and positive definite.")
+    stiffness: tuple = declare(
+        MatrixReader(), meaning="Stiffness matrix, symmetric and positive definite; of a free rotor semidefinite."
+    )
     damping: tuple = declare(MatrixReader(), meaning="Damping matrix, symmetric.")
     skew_stiffness: tuple | None = declare(
         MatrixReader(), None, meaning="Cross-coupled stiffness S, symmetric: K + i S.", mirror=mirror.negative
@@ -184,8 +186,8 @@ class _Reduced(BodyModel):
         return self.damping
 
     @staticmethod
-    def resolve(values: Any, table: RawTable) -> None:
-        """Check the matrices; there must be no rigid-body motion."""
+    def resolve(values: Any, table: RawTable, free: bool = False) -> None:
+        """Check the matrices; free: whether there may be rigid-body motions."""
         count = len(values["stiffness"])
         for key in ("stiffness", "damping", "skew_stiffness", "skew_damping", "gyroscopic"):
             if values.get(key) is not None:
@@ -199,8 +201,8 @@ class _Reduced(BodyModel):
             refuse_asymmetric(table, "contact_masses", masses, len(masses))
             if not 1 < len(masses) <= count or not is_definite(masses, strictly=True):
                 table.refuse("contact_masses", masses, f"positive definite, of 2 to {count} coordinates")
-        if not is_definite(values["stiffness"], strictly=True):
-            table.refuse("stiffness", values["stiffness"], "positive definite")
+        if not is_definite(values["stiffness"], strictly=not free):
+            table.refuse("stiffness", values["stiffness"], f"positive {'semi' if free else ''}definite")
         for key in ("band", "speeds"):
             if len(values[key]) != 2 or not values[key][0] <= values[key][1]:
                 table.refuse(key, values[key], "[lowest, highest]")
@@ -249,7 +251,7 @@ class ReducedRotor(_Reduced, RotorModel):
     @staticmethod
     def resolve(values: Any, table: RawTable) -> None:
         """Check the matrices, including those of the knots, and the unbalance."""
-        _Reduced.resolve(values, table)
+        _Reduced.resolve(values, table, free=True)
         count = len(values["stiffness"])
         if values["rotating_damping"] is not None:
             refuse_asymmetric(table, "rotating_damping", values["rotating_damping"], count)
@@ -275,8 +277,8 @@ def _refuse_other_knots(values: Any, table: RawTable, count: int) -> None:
             if name not in ANISOTROPIC:
                 refuse_asymmetric(table, f"{key}[{i}]", matrix, count)
     for i, more in enumerate(values["stiffness_knots"] or ()):
-        if not is_definite(np.add(values["stiffness"], more), strictly=True):
-            table.refuse(f"stiffness_knots[{i}]", None, "such that the stiffness at every knot is positive definite")
+        if not is_definite(np.add(values["stiffness"], more), strictly=False):
+            table.refuse(f"stiffness_knots[{i}]", None, "such that the stiffness at every knot is positive semidefinite")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -135,7 +135,7 @@ class _Shaft:
     material: object = declare(MATERIAL, "steel", meaning="Default material of sections and disks.")
     sleeves: tuple = declare(Tables(SleeveKeys), (), meaning="Sleeves on the sections, which add to their stiffness.")
     disks: tuple = declare(Tables(DiskKeys), (), meaning="Disks, impellers, couplings and other rigid rotating parts.")
-    bearings: tuple = declare(Tables(BearingKeys, 1), meaning="Bearings, seals and other springs to ground.")
+    bearings: tuple = declare(Tables(BearingKeys), (), meaning="Bearings, seals and other springs to ground.")
     elements: int | None = declare(
         Integer(1, 1000),
         None,
