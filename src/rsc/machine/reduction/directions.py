@@ -242,7 +242,12 @@ class _Comparison:
 
 @one_thread
 def reduce_unequal(
-    body: Body, unequal: Unequal, band: tuple[float, float], speeds: tuple[float, float], tolerance: float = 1e-4
+    body: Body,
+    unequal: Unequal,
+    band: tuple[float, float],
+    speeds: tuple[float, float],
+    tolerance: float = 1e-4,
+    begin: FloatArray | None = None,
 ) -> Reduced:
     """Reduce an anisotropic body.
 
@@ -252,7 +257,7 @@ def reduce_unequal(
         The isotropic mean.
     unequal : Unequal
         The anisotropic matrices, in its coordinates.
-    band, speeds, tolerance
+    band, speeds, tolerance, begin
         As for `reduce`. The tolerance holds for the mean, and for the anisotropic body: for both lines of the contact receptance
         at frequencies of the band and their mirror images, unbalance responses and static deflection.
 
@@ -269,7 +274,7 @@ def reduce_unequal(
     body = checked(body)
     if not scipy.sparse.issparse(body.mass):
         unequal = unequal.dense()
-    result = reduce(body, band, speeds, tolerance)
+    result = reduce(body, band, speeds, tolerance, begin)
     reach = max(map(abs, band))
     basis = _basis(body, result.basis, reach)
     comparison = _Comparison(body, unequal, basis)
