@@ -131,7 +131,8 @@ def modes(
     Parameters
     ----------
     scene : rsc.Scene
-        A reduced body counts as it was reduced: its modes are right within the band of its reduction.
+        A reduced body counts as it was reduced: its modes are right within the band of its reduction. Bearings that are switched
+        off during a run are there.
     speed : None, float or str, or a sequence of them, Hz
         Rotor speed, also with its unit: "3000 rpm"; None takes the first speed of the scene's drive.
 
@@ -146,7 +147,7 @@ def modes(
     """
     speeds = np.atleast_1d(np.asarray(scene.drive.speed[0] if speed is None else speed, dtype=float))
     refuse_speeds("modes", "speed", scene, speeds)
-    system = assemble(scene)
+    system = assemble(scene).at_start
     made = [modes_at(system, value) for value in speeds.tolist()]
     if speed is None or np.ndim(speed) == 0:
         return made[0]

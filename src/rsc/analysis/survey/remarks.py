@@ -41,6 +41,9 @@ def body_remarks(system, whirls):
     n_free, remarks = free_motions(system.at_first_speed), direction_remarks(system.at_first_speed)
     if n_free:
         remarks.append(f"free motions of the rotor (singular stiffness): {n_free}; without contact nothing brings it back")
+    if system.switched:
+        times = ", ".join(f"{one.time:g} s" for one in system.switched)
+        remarks.append(f"bearings are switched off at {times}: predictions are those for the machine without them")
     remarks += _undamped(system.at_first_speed) + (_free_instability(system, whirls) or negative_damping(system))
     return remarks + _threshold_remark(system) + knot_remarks(system)
 

@@ -62,7 +62,7 @@ class Reduced:
     highest_before: float  # rad/s, undamped natural frequency at standstill
     highest_after: float
     error: float  # largest of the checks at the contact
-    model: FiniteElementModel | None = None  # for a scene: the full machine with its bearings
+    model: FiniteElementModel | None = None  # for a scene: the full machine with all its bearings
 
     def recover(self, displacements: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Displacements, or velocities, (..., r) of the reduced body -> (..., n) of the full one."""

@@ -128,7 +128,7 @@ def reduced(
     }
     if model.speed is not None:
         content["coefficients_at"] = model.speed
-    return RawTable(table.file, table.name, content, table.folder), replace(result, model=model)
+    return RawTable(table.file, table.name, content, table.folder), replace(result, model=models[0])
 
 
 def _reduced_model(model: Any, body: Any, ranges: tuple[Any, Any], tolerance: float, begin: Any) -> Any:
