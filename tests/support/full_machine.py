@@ -15,6 +15,8 @@ TWO_PI = 2.0 * np.pi
 class FullMachine(Witness):
     """A scene's rotor before its reduction; model: with or without bearings; turned: rad, angle of the shaft at time 0."""
 
+    tolerances = {"rtol": 1e-9, "atol": 1e-13}
+
     def __init__(self, scene, model, places, at_nodes, turned=0.0):
         super().__init__(scene)
         speed = max(scene.drive.speed)
