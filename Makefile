@@ -63,6 +63,7 @@ nightly: $(STAMP)
 
 # before a version is cut: short tests, documents, version and date, two builds with equal bytes, the wheel in a new environment
 release: quick docs
+	$(BIN)/python -m pip install --quiet --editable ".[release]"
 	$(BIN)/python tools/release.py
 
 # short suite on the declared lower bounds of all libraries, the newest, Numba alone, later Pythons; the table: bench/results/versions.txt

@@ -4,8 +4,8 @@
 
 The machines are those of bench/drive_outcomes.py at a prescribed speed, after an impact. Asked of each:
 - the list of `rsc.motions` with as many impacts is that of `rsc.check`: kinds, frequencies, forces, impacts that start each;
-- `lasting*` of a sweep is the first of the list, its class of danger fits the run and every motion of the list, the curves of a
-  sweep over the friction have that motion;
+- `lasting*` of a sweep is the first of the list and `lasting_whirl*` the first whirl in it, its class of danger fits the run and
+  every motion of the list, the curves of a sweep over the friction have both;
 - every motion that turns is marked in the Campbell diagram and in the table of the page, every rolling one named below the
   whirls;
 - a letter is one whirl in the table of branches and in the lists;
@@ -108,9 +108,16 @@ def of_sweep(scene, listed):
     if str(data["motion"][0]) in WHIRLING and danger != REACHED:
         yield "class of danger", f"{DANGER[danger]}, the run ends in {data['motion'][0]}"
     panels = {panel.quantity: panel for panel in sweep_pictures._panels(data, "contact.friction", "line")}
-    drawn = [curve.values[0] for curve in panels["normal force"].curves if curve.name.startswith("most dangerous")]
-    if worst.bounded and not (drawn and alike(float(drawn[0]), worst.force_max)):
-        yield "curves", f"{drawn}, list {worst.force_max:.6g} N"
+    drawn = [float(curve.values[0]) for curve in panels["normal force"].curves if curve.name.startswith("most dangerous")]
+    first = next((motion for motion in listed.motions if motion.motion in WHIRLING), None)
+    if str(data["lasting_whirl"][0]) != (first.motion if first else ""):
+        yield "sweep and list", f"lasting_whirl {data['lasting_whirl'][0]!r}, list {[str(one.motion) for one in listed.motions]}"
+    started = sum(listed.hits(motion) for motion in listed.motions if motion.motion in WHIRLING) / listed.starts
+    if first and not alike(float(data["lasting_whirl_share"][0]), started):
+        yield "sweep and list", f"lasting_whirl_share {data['lasting_whirl_share'][0]:.6g}, list {started:.6g}"
+    for motion in (own for own in (worst, first) if own is not None and own.bounded):
+        if not any(alike(force, motion.force_max) for force in drawn):
+            yield "curves", f"{drawn}, list {motion.force_max:.6g} N"
 
 
 def of_page(report):

@@ -104,7 +104,8 @@ class Bench:
 
     def measured(self, run, noise=NOISE, seed=0, slow_roll=False):
         """A run as it is read from files; with runout where its slow roll is known."""
-        path = write_measured(run, self.folder / "run.toml", noise=noise, runout=RUNOUT if slow_roll else 0.0, seed=seed)
+        runout, path = RUNOUT if slow_roll else 0.0, self.folder / "run.toml"
+        write_measured(run, path, noise=noise, runout=runout, seed=seed, overwrite=True)
         if slow_roll:
             path.write_text(path.read_text().replace("keyphasor =", 'slow_roll = ["5 Hz", "8 Hz"]\nkeyphasor ='))
         return rsc.read_measured(path)

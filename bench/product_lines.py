@@ -225,7 +225,8 @@ def of_verdict(text, witness):
     for listed in report.motions:
         for motion in listed.motions:
             if listed.hits(motion) and motion.motion != "no contact":
-                own = "destructive" if motion.border.passed else "whirl" if motion.motion in WHIRLS else "rub"
+                passed = motion.border.passed and motion.motion != "running away"  # its numbers mean nothing
+                own = "destructive" if passed else "whirl" if motion.motion in WHIRLS else "rub"
                 least = max(least, own, key=levels.index)
     destroyed = report.border.passed and touched
     if levels.index(match[1]) < levels.index("destructive" if destroyed else least):

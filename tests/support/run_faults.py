@@ -95,7 +95,11 @@ def after(scene, path, whole):
     block = ResultFile(left).rows(0, rows)
     if any((values != getattr(whole, name)[:rows]).any() for name, values in block.items()):
         return f"{rows} samples", "a wrong sample is read"
-    return "result" if left == path else "a part", _same(rsc.simulate(scene, path=path, resume=True), whole)
+    what = "result" if left == path else "a part"
+    try:
+        return what, _same(rsc.simulate(scene, path=path, resume=True), whole)
+    except rsc.DataError as error:
+        return what, f"cannot be resumed: {error}"
 
 
 def _main(share, faults):

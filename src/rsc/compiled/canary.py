@@ -1,5 +1,10 @@
-"""A canary: small functions of every kind in the kernel, to test whether the fast path works with the installed Numba."""
+"""A canary: small functions of every kind in the kernel, to test whether the fast path works with the installed Numba.
 
+They are compiled in a process of their own: where LLVM finds something wrong it may end the process.
+"""
+
+import subprocess
+import sys
 import tempfile
 from collections import namedtuple
 
@@ -36,6 +41,27 @@ def _canary(merged, apart, entry):
         return total, values[0] / (total + 2.0)
 
     return walk
+
+
+_CHILD = """
+import sys
+sys.path[:] = {path!r}
+from rsc.compiled import canary, fast
+sys.exit(canary.mismatch(fast))
+"""
+_LONGEST = 300  # s; a second or two on an idle machine
+
+
+def try_out():
+    """Compile and run the canary in a new process; ValueError if it dies, hangs or computes other numbers than Python."""
+    command = [sys.executable, "-c", _CHILD.format(path=sys.path)]
+    try:
+        child = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, timeout=_LONGEST, check=False)
+    except subprocess.TimeoutExpired as error:
+        raise ValueError(f"the process that tries it out has not ended after {_LONGEST} s") from error
+    if child.returncode:
+        said = child.stderr.decode(errors="replace").strip().splitlines()
+        raise ValueError(said[-1] if said else f"the process that tries it out ended with code {child.returncode}")
 
 
 def mismatch(fast):

@@ -10,7 +10,7 @@ from functools import cache
 
 import numba
 
-from rsc.compiled.canary import mismatch
+from rsc.compiled.canary import try_out
 from rsc.compiled.code_cache import OWN_SOURCES, cache_folder, in_folder
 from rsc.errors import SolverError
 
@@ -28,7 +28,7 @@ def fast_path():
     try:
         from rsc.compiled import fast
 
-        _try_out(fast)
+        _try_out_once()
     except Exception as error:  # a changed Numba may raise anything
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         text = f"Numba {numba.__version__} does not support rsc's fast compilation ({reason}): same results, slower first call"
@@ -37,14 +37,12 @@ def fast_path():
     return fast
 
 
-def _try_out(fast):
-    """Run the canary, once for these sources, versions and processor; ValueError if the fast path fails."""
+def _try_out_once():
+    """Try the fast path out, once for these sources, versions and processor; ValueError where it fails."""
     folder = cache_folder(OWN_SOURCES)
     if folder is not None and (folder / "canary").exists():
         return
-    difference = mismatch(fast)
-    if difference:
-        raise ValueError(difference)
+    try_out()
     if folder is not None:
         (folder / "canary").touch()
 

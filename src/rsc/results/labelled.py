@@ -21,7 +21,7 @@ from rsc.results.result_format import put as put_attributes
 if TYPE_CHECKING:
     import xarray
 
-FORMAT = "rsc-sweep-dataset-2"
+FORMAT, READ = "rsc-sweep-dataset-3", ("rsc-sweep-dataset-2", "rsc-sweep-dataset-3")
 LARGEST_FILE = 4 * 2**30  # bytes
 MOST_NAMES = 1000  # of arrays: every varied key has one
 _HEAD = ("title", "computed", "source", "scene", "versions", "axes")
@@ -117,7 +117,7 @@ def is_labelled(path: str | os.PathLike[str]) -> bool:
     be a long run."""
     try:
         with Guard(path, "cannot be read"), opened(path, LARGEST_FILE) as stream, h5py.File(stream, "r") as file:
-            return gate.text_of(file, "format") == FORMAT or "computed" in file.attrs
+            return gate.text_of(file, "format") in READ or "computed" in file.attrs
     except DataError:
         return False
 
@@ -130,7 +130,7 @@ def load_labelled(
     Parameters
     ----------
     path : str or path
-    table : callable, what the gate lets pass of a file with this head
+    table : callable, what the gate lets pass of a file with this head, "format" among it
 
     Returns
     -------
@@ -145,7 +145,7 @@ def load_labelled(
     problem = "cannot be read as the result of a sweep"
     content = content_of(path, LARGEST_FILE)
     with Guard(path, problem), gate.image(content) as file:
-        if gate.text_of(file, "format") != FORMAT:
+        if gate.text_of(file, "format") not in READ:
             raise DataError(path, "holds no result of a sweep of this version (`rsc sweep collect` of its store writes one)")
         known = dict.fromkeys((*_HEAD, "format", "coordinates"), ())
         head = {name: str(value) for name, value in gate.attributes(file, known, gate.LONGEST_SCENE, ("coordinates",)).items()}

@@ -42,6 +42,7 @@ from rsc.results.result_format import (
     SERIES,
     STRETCHES,
     TURNED,
+    UNWRITTEN,
     Guard,
     block_ends,
     checked,
@@ -53,6 +54,7 @@ from rsc.results.result_format import (
     put,
     sample_arrays,
     series_of,
+    whole_blocks,
     with_sums,
     without_sums,
 )
@@ -313,8 +315,8 @@ class ResultFile:
 
 def _samples(file):
     """Samples in the blocks of a file."""
-    ends = file[BLOCKS]
-    return int(ends[-1, 0]) if len(ends) else 0
+    blocks = whole_blocks(file)
+    return int(blocks[-1, 0]) if len(blocks) else 0
 
 
 def _checkpoint(file, i):
@@ -330,13 +332,14 @@ def _is_whole(file, rows):
 
     A chunk with a wrong sum of its own raises OSError, one that was never written reads as NaN.
     """
-    ends = file[BLOCKS][:, 0]
     if rows == 0:
         return True
+    blocks = whole_blocks(file)
+    ends = blocks[:, 0]
     matches = np.flatnonzero(ends == rows)
     if not len(matches):
         return False
-    sums, first = file[BLOCKS][matches[0], 1:], int(ends[matches[0] - 1]) if matches[0] else 0
+    sums, first = blocks[matches[0], 1:], int(ends[matches[0] - 1]) if matches[0] else 0
     pairs = zip(sample_arrays(file), sums, strict=True)
     return all(file[name].shape[0] >= rows and checksum(file[name][first:rows]) == expected for name, expected in pairs)
 
@@ -424,7 +427,7 @@ class ResultWriter:
             rows = CHECKPOINT_ROWS if "/" in name else CHUNK_ROWS
             data = file.create_dataset(
                 name, (0, *row_shape), values.dtype, maxshape=(None, *row_shape), chunks=(rows, *row_shape), fletcher32=True,
-                fillvalue=np.nan if values.dtype == float else -1,
+                fillvalue=np.nan if values.dtype == float else UNWRITTEN,
             )  # fmt: skip
             if "/" not in name:
                 unit, text = {"time": ("s", "time"), **SERIES, **NOT_ALWAYS, **MOTIONS}[name]
@@ -437,7 +440,7 @@ class ResultWriter:
         with reading(source) as old:
             marks = [CHECKPOINT + name for name in old["checkpoint"]]
             n_checkpoints = int(np.searchsorted(old[CHECKPOINT + "rows"][:, 0], rows, side="right"))
-            names, first, ends = sample_arrays(old), 0, old[BLOCKS][...]
+            names, first, ends = sample_arrays(old), 0, whole_blocks(old)
             empty = {name: old[name][:0] for name in (*names, *marks, STRETCHES)}
             stretches = old[STRETCHES][:n_stretches]
             if len(without_sums(stretches)) < n_stretches:

@@ -44,6 +44,7 @@ CHECKPOINT = "checkpoint/"
 # a row of numbers a block of samples: where it ends, then the CRC-32 of its part of every array. HDF5's own Fletcher sums do not
 # tell zeros from ones in 16 bits, and take a block of zeros, sums and all, for a whole one
 BLOCKS = "blocks/checksums"
+UNWRITTEN = -1  # what arrays of whole numbers hold where nothing was written
 # facts of the stretches of a run, a row each: `rsc.measure.stretches.COLUMNS`, then the CRC-32 of those
 STRETCHES = "stretches/facts"
 
@@ -135,10 +136,17 @@ def locked(values):
     return values[:]
 
 
+def whole_blocks(file):
+    """(n, 1 + arrays) rows of the blocks of samples: where each ends, its checksums. The array is made longer before a row is
+    written, so that a fault may leave a last row without numbers: it does not count."""
+    marks = file[BLOCKS][...]
+    return marks[:-1] if len(marks) and marks[-1, 0] == UNWRITTEN else marks
+
+
 def checked(file, name, column=None, rows=None):
     """The samples of one array (or of one coordinate of it) in all blocks that are whole, or in the rows (first, last, exclusive)
     of them, which cannot be written; ValueError when one is damaged."""
-    data, marks, i = file[name], file[BLOCKS][...], 1 + sample_arrays(file).index(name)
+    data, marks, i = file[name], whole_blocks(file), 1 + sample_arrays(file).index(name)
     ends = block_ends(marks[:, 0], data.shape[0])
     first, last = (0, int(ends[-1])) if rows is None else rows
     values = np.empty((last - first, *(data.shape[1:] if column is None else data.shape[2:])))

@@ -15,7 +15,7 @@ from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[3]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-LICENSES = ("LICENSE", "src/rsc/show/page/plotly/LICENSE")
+LICENSES = ("LICENSE", "src/rsc/show/page/plotly/LICENSE", "src/rsc/show/page/plotly/NOTICE")
 
 
 CONSTRAINTS = ROOT / "constraints.txt"
@@ -38,7 +38,7 @@ def test_the_wheel_has_name_licences_and_all_that_rsc_reads(built):
         names, about = set(wheel.namelist()), f"rotor_stator_contact-{version}.dist-info"
         told = email.message_from_bytes(wheel.read(f"{about}/METADATA"))
         commands = wheel.read(f"{about}/entry_points.txt").decode()
-    assert (told["Name"], told["Version"], told["License-Expression"]) == (PROJECT["name"], version, "BSD-3-Clause AND MIT")
+    assert (told["Name"], told["Version"], told["License-Expression"]) == (PROJECT["name"], version, PROJECT["license"])
     assert told["Requires-Python"] == PROJECT["requires-python"] and told["Description-Content-Type"] == "text/markdown"
     assert "plotly" not in " ".join(told.get_all("Requires-Dist"))  # plotly 7 keeps ROSS from importing
     assert set(told.get_all("License-File")) == set(LICENSES) and "rsc = rsc.__main__:entry" in commands

@@ -34,3 +34,16 @@ def test_this_version_can_be_released():
     version = tomllib.loads((release.ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
     texts = [(release.ROOT / name).read_text(encoding="utf-8") for name in ("CITATION.cff", "CHANGELOG.md")]
     assert not list(release.wrong_words(version, *texts))
+
+
+def test_every_library_of_a_release_has_hashes():
+    listed, hashed = (path.read_text(encoding="utf-8") for path in (release.CONSTRAINTS, release.HASHED))
+    assert release.pinned(hashed) == release.pinned(listed) and len(release.pinned(listed)) > 30
+    assert all("--hash=sha256:" in part for part in hashed.split("\n\n")[0].replace("\\\n", "").strip().splitlines())
+
+
+def test_what_the_plotting_script_bundles_is_in_the_bill_of_materials():
+    notice = release.NOTICE.read_text(encoding="utf-8")
+    parts = {part["purl"]: part["licenses"][0]["license"]["id"] for part in release.bundled(notice)}
+    assert len(parts) == 27 and parts["pkg:npm/%40plotly/d3@3.8.2"] == "BSD-3-Clause"
+    assert set(parts.values()) == {"MIT", "BSD-3-Clause", "Zlib"}

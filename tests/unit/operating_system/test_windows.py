@@ -18,12 +18,14 @@ import pytest
 
 import rsc
 from rsc.cli import _parser
-from rsc.operating_system import posix
 from scenes import SCENES, changed
 from systems import REFERENCE
 from without import COMMAND, ended, started
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="looks for open files in /proc")
+if sys.platform != "linux":
+    pytest.skip("looks for open files in /proc", allow_module_level=True)
+
+from rsc.operating_system import posix
 
 ROSS = REFERENCE / "machines" / "ross_coaxrotor.mat"
 SHORT = rsc.Scene.from_dict(changed(SCENES["bouncing"], rotor={"eccentricity": 2e-5}, drive={"duration": 2.0}))

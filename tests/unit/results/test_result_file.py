@@ -17,6 +17,7 @@ import rsc
 import rsc.study.run.verify
 from rsc.cli import main
 from rsc.results.result_file import ResultWriter
+from rsc.results.result_format import BLOCKS
 from rsc.results.summary import Status
 from rsc.simulation.run import Run
 from rsc.study.run.start import run_of
@@ -161,6 +162,28 @@ def test_an_interrupted_result_goes_on_also_where_its_resumed_run_was_killed_at_
         rsc.simulate(scene, path="run.h5")
     (tmp_path / "run.h5.part").write_bytes(b"")
     assert rsc.load("run.h5").status == "interrupted"
+    assert same(rsc.simulate(scene, path="run.h5", resume=True), rsc.simulate(scene))
+
+
+def test_a_part_whose_last_row_of_blocks_was_never_written_goes_on(scene_file, tmp_path, long_run):
+    """Memory that is missing between an array's growth and its rows leaves that (tools/faults.py --memory)."""
+    scene = long_run[0].with_values({"drive.duration": 100.0})
+    rows = []
+
+    def failing(writer, name, values, put=ResultWriter._put):
+        if name == BLOCKS and len(rows) == 2:
+            data = writer._file[name]
+            data.resize(data.shape[0] + 1, axis=0)
+            raise MemoryError
+        if name == BLOCKS and len(values):
+            rows.append(name)
+        put(writer, name, values)
+
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(MemoryError):
+        patch.setattr(ResultWriter, "_put", failing)
+        rsc.simulate(scene, path="run.h5")
+    with h5py.File(tmp_path / "run.h5.part") as file:
+        assert file[BLOCKS][-1, 0] == -1 and len(file[BLOCKS]) == 3
     assert same(rsc.simulate(scene, path="run.h5", resume=True), rsc.simulate(scene))
 
 

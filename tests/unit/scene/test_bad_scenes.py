@@ -297,7 +297,7 @@ FILES = [
     ("B36 only a comment", b"# nothing\n", "[rotor]"),
     ("B37 too large", b"#" * 1_000_001, "at most 1 MB"),
     ("B38 not UTF-8", GOOD_TEXT.encode() + b"# gr\xf6\xdfe\n", "UTF-8"),
-    ("B38 UTF-16", GOOD_TEXT.encode("utf-16"), "UTF-8"),
+    ("B38 UTF-16 cut off", GOOD_TEXT.encode("utf-16")[:301], "UTF-8"),
     ("B40 syntax error", b"title = 'x'\n[rotor\nmass = 1\n", "line 2, column 7 = '[rotor'"),
     ("B40 no value", b"[rotor]\nmass =\n", "line 2, column 7 = 'mass ='"),
     ("B40 bare text", b"[rotor]\nmass = abc\n", "line 2, column 8"),

@@ -123,6 +123,9 @@ def test_byte_order_mark_and_line_ends_do_not_matter(tmp_path):
     marked.write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
     assert load_scene(plain) == load_scene(marked)
     assert load_scene(marked).title == "Größe µ"
+    for encoding, mark in (("utf-16-le", b"\xff\xfe"), ("utf-16-be", b"\xfe\xff")):  # `rsc new laval > marked.toml` in PowerShell
+        marked.write_bytes(mark + text.replace("\n", "\r\n").encode(encoding))
+        assert load_scene(marked) == load_scene(plain)
 
 
 def test_a_scene_cannot_be_changed():

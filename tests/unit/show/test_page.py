@@ -321,3 +321,4 @@ def test_the_page_carries_the_published_script(report):
     drawn = data_of(text)["pictures"]
     kinds = {trace["type"] for picture in drawn.values() for trace in picture["data"]}
     assert kinds <= {"scatter", "bar", "heatmap"}
+    assert "@plotly/d3 3.8.2 (BSD-3-Clause): Copyright (c) 2010-2016, Michael Bostock" in text  # licences of what it bundles

@@ -42,8 +42,43 @@ def test_less_friction_helps_from_where_it_is_predicted_and_more_damping_does_no
     assert not remedying.harmful_of(rsc.motions(changed, starts=16, seed=1))
     assert not damping.helps and math.isnan(damping.predicted) and damping.remains[0].motion == Kind.ROLLING
     told = remedies_text(found, "pump")
-    assert f"contact.friction 0.2 -> {own.changed:.4g} ({100.0 * own.change:+.3g} %); remains: no contact" in told
-    assert told.index("remedies, each by itself") < told.index("does not help:") < told.index("rotor.damping_ratio 0.02 -> 0.1")
+    by = f"divided by {1.0 / own.factor:.3g}; requires a lubricating film"
+    assert f"contact.friction 0.2 -> {own.changed:.4g} ({by}); remains: no contact" in told
+    assert told.index("remedies, each by itself") < told.index("does not help") < told.index("0.02 -> 0.2 (times 10)")
+
+
+def test_a_change_is_as_large_up_as_down_and_what_the_furthest_leaves_is_said(monkeypatch):
+    """With friction divided by more than four nothing lasts, with three times the damping nothing either: that comes first."""
+    monkeypatch.setattr(remedying, "LEVERS", (*FEW, ("stator", "mass", True, False)))
+    monkeypatch.setattr(remedying, "SPEED_RANGE", ())
+    (left,) = harmful = (rsc.motions(PUMP, starts=2).motions[0],)
+
+    def left_by(self, lever, factor, states):
+        helps = {"contact.friction": factor < 0.25, "rotor.damping_ratio": factor > 3.0, "stator.mass": False}[lever.name]
+        return helps, () if helps else harmful
+
+    monkeypatch.setattr(remedying._Remedying, "_left", left_by)
+    found = rsc.remedy(PUMP, starts=2)
+    assert [own.name for own in found.helping] == ["rotor.damping_ratio", "contact.friction"]
+    damping, friction = found.helping
+    assert 3.0 < damping.size < 3.0 * 3.0**0.3  # two bisections of a factor of ten's half
+    assert 1.0 / friction.predicted < friction.size < 1.2 / friction.predicted
+    (mass,) = found.others
+    assert mass.factor == remedying.FURTHEST and mass.remains == (left,)
+
+
+def test_less_friction_also_cures_what_runs_away():
+    """The state of a motion that runs away is none to begin in: it is millions of newtons from any other."""
+    away = rsc.Scene.from_dict({
+        "rotor": {"model": "laval", "mass": 8.0, "frequency": 20.0, "damping_ratio": 0.015, "eccentricity": 2e-5},
+        "stator": {"model": "rigid"},
+        "contact": {"gap": 2e-4, "friction": 0.1, "stiffness": 1e6, "damping_ratio": 0.05},
+        "drive": {"speed": 25.0, "duration": 1.0},
+    })  # fmt: skip
+    found = rsc.remedy(away, starts=4)
+    assert [motion.motion for motion in found.harmful] == [Kind.RUNNING_AWAY]
+    assert {"contact.friction", "rotor.damping_ratio"} <= {own.name for own in found.helping}
+    assert all(own.remains for own in found.others)  # what lasts there is said
 
 
 def test_nothing_is_taken_away_where_nothing_lasts(few):

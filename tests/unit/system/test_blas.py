@@ -1,6 +1,7 @@
 """The linear algebra that bits depend on: told by its name and the processor it is set to."""
 
 import os
+import platform
 import subprocess
 import sys
 
@@ -16,7 +17,7 @@ def test_versions_name_the_linear_algebra():
     assert f" with {product()}, " in versions()
 
 
-@pytest.mark.skipif("openblas" not in product() or os.uname().machine != "x86_64", reason="needs OpenBLAS on x86")
+@pytest.mark.skipif("openblas" not in product() or platform.machine() not in ('x86_64', 'AMD64'), reason="needs OpenBLAS on x86")
 def test_another_kernel_of_openblas_is_another_version():
     """Its numbers differ in their last digits, and with the same text a run would be resumed with other bits."""
     def told(kind):

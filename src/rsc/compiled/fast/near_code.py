@@ -1,9 +1,11 @@
 """Numba's code generator, with code and constants of a function in one block of memory.
 
 Numba lets LLVM assume that they may be anywhere, so that every call and every constant takes an instruction for its address, and
-calls go through registers. Within one block relative addresses suffice.
+calls go through registers. Within one block relative addresses suffice. On Windows Numba's own assumption stays: functions of
+other libraries lie out of reach there, LLVM's loader of COFF code makes no jumps to them, and an assertion ends the process.
 """
 
+import sys
 from functools import cache
 
 import numba
@@ -21,6 +23,8 @@ class _NearCodegen(JITCPUCodegen):
 @cache
 def near_codegen():
     """The code generator, one per process, for code kept by `code_cache`."""
+    if sys.platform == "win32":
+        return JITCPUCodegen("rsc")
     before = numba.config.USE_LLVMLITE_MEMORY_MANAGER
     numba.config.USE_LLVMLITE_MEMORY_MANAGER = True  # this memory manager puts all sections of a function into one block
     try:

@@ -1,5 +1,6 @@
 """Reading of TOML files with a size limit; errors name the position in one line."""
 
+import codecs
 import re
 import tomllib
 from pathlib import Path
@@ -10,6 +11,7 @@ from rsc.files.content import content_of
 
 MAX_FILE_BYTES = 1_000_000
 MAX_DOTS = 100
+_UTF_16 = codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE  # what `>` of a Windows shell writes
 _KEY_DOT = re.compile(r"""[\w"'-][ \t]*\.(?=[ \t]*[\w"'-])""")
 
 
@@ -23,7 +25,7 @@ def text_of(path: Path, what: str, hint: str) -> str:
         problem = "put large matrices into a .npz file" if error.problem.startswith("the file has") else error.problem
         raise SceneError(file, "file", path.name, f"{what}: a readable file of at most 1 MB", problem) from None
     try:
-        text = content.decode("utf-8-sig")
+        text = content.decode("utf-16" if content.startswith(_UTF_16) else "utf-8-sig")
     except UnicodeDecodeError as error:
         raise SceneError(file, "file", f"byte {error.start}", "UTF-8 text", "save it as UTF-8") from None
     if not text.strip():

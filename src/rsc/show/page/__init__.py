@@ -28,9 +28,10 @@ from rsc.show.words.units import largest_finite, shown_as_in
 from rsc.show.words.wording import length
 
 HERE = Path(__file__).parent
-# lines, dots, bars and heat maps of plotly.js 4.1.1 (MIT, see LICENSE beside it): the script of
+# lines, dots, bars and heat maps of plotly.js 4.1.1 (MIT; what is bundled in it: NOTICE in the same folder): the script of
 # `npm pack plotly.js-cartesian-dist-min@4.1.1`, compressed by zopfli
 LIBRARY = HERE / "plotly" / "plotly-cartesian.min.js.gz"
+NOTICE = HERE / "plotly" / "NOTICE"
 # no address is ever asked for anything, whatever a scene's title holds
 POLICY = "default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
 
@@ -72,6 +73,7 @@ def page(report, others=()):
         f"{head(title)}<body>{body}"
         f'<script type="application/octet-stream" id="report">{_packed(data)}</script>'
         f'<script type="application/octet-stream" id="library">{_library()}</script>'
+        f'<script type="text/plain" id="licences">{NOTICE.read_text(encoding="utf-8")}</script>'
         f"<script>{(HERE / 'page.js').read_text(encoding='utf-8')}</script></body></html>\n"
     )
 

@@ -32,7 +32,7 @@ MAPPED = {
     "force": ("largest_force", "largest normal force of the run"),
     "lasting_amplitude": ("lasting_amplitude", "largest |r| of the worst motion that lasts"),
     "lasting_force": ("lasting_force", "largest normal force of the worst motion that lasts"),
-    "lasting_impulse": ("lasting_impulse", "smallest random impact that starts the worst motion"),
+    "lasting_whirl_impulse": ("lasting_whirl_impulse", "smallest random impact that starts a whirl"),
     "jump": ("jump_speed", "rotor speed at which the run leaves its whirl"),
 }
 # the pressed sets of several contacts, each a picture of its own name
@@ -40,11 +40,11 @@ SETS = {
     "touched": "The contacts that touch at the end of each run.",
     "whirl_pressed": "The contacts that the largest predicted backward whirl presses.",
 }
-# quantity, unit, variable predicted for every whirl, variable of the end of a run
+# quantity, unit, variable predicted for every whirl, variable of the end of a run, what a variable of motions that last ends in
 PANELS = (
-    ("whirl frequency", "Hz", "frequency", "turning_frequency", "lasting_frequency"),
-    ("amplitude", "m", "rotor_amplitude", "amplitude_max", "lasting_amplitude"),
-    ("normal force", "N", "normal_force", "force_mean", "lasting_force"),
+    ("whirl frequency", "Hz", "frequency", "turning_frequency", "frequency"),
+    ("amplitude", "m", "rotor_amplitude", "amplitude_max", "amplitude"),
+    ("normal force", "N", "normal_force", "force_mean", "force"),
 )
 # of two backward whirls, relative difference of their frequencies from which they are not one
 APART = 0.05
@@ -208,10 +208,11 @@ def _plane(data: Labelled, name: str, x_key: str, y_key: str) -> NDArray[np.floa
 
 
 def _plane_of(data: Labelled, values: NDArray[np.float64], name: str, x_key: str, y_key: str) -> NDArray[np.float64]:
-    """Values (n_y, n_x) in the order of rising keys; the largest over all other dimensions."""
+    """Values (n_y, n_x) in the order of rising keys; over all other dimensions the largest, of an impulse the smallest."""
     dims = data.variables[name][0]
     moved = np.moveaxis(values, (dims.index(y_key), dims.index(x_key)), (0, 1))
-    plane = np.fmax.reduce(moved.reshape(*moved.shape[:2], -1), axis=-1)
+    worst = np.fmin if name.endswith("_impulse") else np.fmax
+    plane = worst.reduce(moved.reshape(*moved.shape[:2], -1), axis=-1)
     return plane[np.ix_(_rising(data, y_key), _rising(data, x_key))]
 
 
@@ -256,8 +257,8 @@ def _panels(data: Labelled, key: str, style: str) -> list[Panel]:
         curves = _whirls(data, predicted, key) if predicted in data else []
         if simulated in data:
             curves.append(Curve("end of the run", _along(data, simulated, key), "dots"))
-        if lasting in data:
-            curves.append(Curve("most dangerous motion that lasts", _along(data, lasting, key), "dots"))
+        if f"lasting_{lasting}" in data:
+            curves += _lasting(data, lasting, key)
         panels += [Panel(quantity, unit, curves)] if curves else []
     if "jump_speed" in data:
         names = {"crossing_speed": "the whirl loses its stability", "jump_speed": "the run leaves it"}
@@ -268,6 +269,17 @@ def _panels(data: Labelled, key: str, style: str) -> list[Panel]:
         share = Curve("end of the run", _along(data, "contact_share", key), "dots")
         panels.append(Panel("time in contact", "1", [share], share=True))
     return panels
+
+
+def _lasting(data: Labelled, ending: str, key: str) -> list[Curve]:
+    """The most dangerous motions that last, and the most dangerous whirls where those are others."""
+    worst = _along(data, f"lasting_{ending}", key)
+    curves = [Curve("most dangerous motion that lasts", worst, "dots")]
+    if f"lasting_whirl_{ending}" in data:
+        whirl = _along(data, f"lasting_whirl_{ending}", key)
+        other = np.where(whirl == worst, np.nan, whirl)
+        curves += [Curve("most dangerous whirl that lasts", other, "dots")] if np.isfinite(other).any() else []
+    return curves
 
 
 def _scatter(data: Labelled, key: str) -> list[Panel]:
@@ -313,6 +325,7 @@ def _whirls(data: Labelled, name: str, key: str) -> list[Curve]:
     return [
         Curve(f"predicted backward whirl, {word}", np.where(shown & flag, values, np.nan), word)
         for word, flag in (("stable", stable), ("unstable", ~stable))
+        if values.shape[1]  # else no case has any whirl
     ]
 
 

@@ -5,6 +5,8 @@ import math
 from rsc.errors import one_line
 from rsc.show.words.wording import amount, hertz, motion_name
 
+DRY = 0.05  # friction of about the slipperiest surfaces without a lubricating film
+
 
 def remedies_text(remedies, title=""):
     """What lasts as the machine is, what takes it away, the smallest change first, and what does not help; found as
@@ -14,11 +16,12 @@ def remedies_text(remedies, title=""):
     lines = [*head, f"at {hertz(remedies.speed)} Hz: {harmful or 'no backward motion lasts, no remedy needed'}"]
     if remedies.harmful:
         lists = f"a list with {remedies.starts} random impacts has no backward motion that lasts"
-        lines.append(f"remedies, each by itself ({lists}):" if remedies.helping else "no remedy found")
+        none = "no remedy found: one value alone is not enough"
+        lines.append(f"remedies, each by itself ({lists}):" if remedies.helping else none)
     for own in remedies.helping:
         kept = ", ".join(dict.fromkeys(map(motion_name, own.remains))) or "nothing that lasts was found"
         lines.append(f"  {_changed(own)}; remains: {kept}")
-    lines += ["does not help:"] if remedies.others else []
+    lines += ["does not help, even changed as far as here:"] if remedies.others else []
     for own in remedies.others:
         kept = ", ".join(map(_motion, own.remains)) or "no change of it could be simulated"
         lines.append(f"  {_changed(own)}: {kept}")
@@ -28,11 +31,12 @@ def remedies_text(remedies, title=""):
 
 
 def _changed(own):
-    """A value, its new value and the relative change."""
-    by = f"{100.0 * own.change:+.3g} %"
+    """A value, its new value and the factor between them."""
+    by = f"{'times' if own.factor >= 1.0 else 'divided by'} {own.size:.3g}"
     if math.isnan(own.value):
-        return f"{own.name} times {own.factor:.3g} ({by})"
-    return f"{own.name} {own.value:.4g} -> {own.changed:.4g} ({by})"
+        return f"{own.name} {by}"
+    film = "; requires a lubricating film" if own.name.endswith(".friction") and own.changed < DRY <= own.value else ""
+    return f"{own.name} {own.value:.4g} -> {own.changed:.4g} ({by}{film})"
 
 
 def _motion(motion):

@@ -205,7 +205,7 @@ class Search:
         groups = _grouped([*random, *predicted], self.settling.gaps)
         if not self.settling.interrupted:
             groups = self._lasting(groups, rng)
-        pairs = [(group, self._described(group)) for group in groups]
+        pairs = [(group, self.as_listed(group)) for group in groups]
         pairs.sort(key=lambda pair: pair[1].danger, reverse=True)
         self.groups = groups = [group for group, _ in pairs]
         ended = [self._home(groups, end) for end in random]
@@ -319,7 +319,7 @@ class Search:
             smallest.append(float(high))
         return smallest
 
-    def _described(self, group: list[End]) -> LastingMotion:
+    def as_listed(self, group: list[End]) -> LastingMotion:
         """A group of ends as a motion; its share and smallest impact are not known yet."""
         own = shown(group)
         own = self._quieted(own) if own.motion.kind == Kind.NO_CONTACT else own  # it may still decay

@@ -35,8 +35,9 @@ FURTHEST, LEAST_FRICTION = 10.0, 0.02  # a value is changed up to this factor or
 STEPS, HALVINGS = 24, 5  # of the factor up to there, for the prediction, and of a step where the prediction changes
 # beyond the factor from which on nothing is predicted to last: powers of it, and a little more, that are simulated in turn
 BEYOND, MORE = (1.05, 1.3, 1.7, 2.5), 1.02
-UNPREDICTED = (1.25, 1.6, 2.5, 5.0)  # factors that are simulated where what lasts is not predicted
-TELLING = (0, -1)  # of them those that tell whether a value helps at all are the first and the last
+# powers of the furthest factor that are simulated: where what lasts is not predicted, and where predictions tell no limit
+UNPREDICTED, TELLING = (0.1, 0.2, 0.4, 0.7, 1.0), (0.5, 1.0)
+BISECTIONS, NEAR = 2, 0.1  # between a factor that does not help and one that does, until their logarithms are so near
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class Remedy:
     """A change of one value that was looked at.
 
     name : str, of a value, or of a list whose entries all change by the factor; value : float in SI (Hz), NaN of a list
-    factor : float, by which it is changed; of what does not help the largest that was simulated, 1 where no change was worth it
+    factor : float, by which it is changed; of what does not help the furthest that was simulated, 1 where none could be
     helps : bool, whether the list at the changed value has no backward motion that lasts
     remains : tuple of LastingMotion, of that list, or the backward ones that last nevertheless
     predicted : float, factor from which on no backward whirl is predicted to last; NaN where none up to ten times is
@@ -67,13 +68,18 @@ class Remedy:
         """The relative change, -0.4 for 40 % less."""
         return self.factor - 1.0
 
+    @property
+    def size(self) -> float:
+        """The factor up or down, at least 1: to halve a value is as large a change as to double it."""
+        return max(self.factor, 1.0 / self.factor)
+
 
 @dataclass(frozen=True)
 class Remedies:
     """Changes that take the lasting backward motion away, and others that do not.
 
     speed : float Hz; motions : Motions, as the machine is
-    helping : tuple of Remedy, the smallest change first; others : tuple of Remedy
+    helping : tuple of Remedy, the smallest change by its factor first; others : tuple of Remedy
     starts : int, random impacts of every list; interrupted : bool, whether not every value was looked at
     """
 
@@ -108,10 +114,10 @@ def remedy(
     """Find changes of single values that leave no backward motion which lasts.
 
     Friction, gaps, damping of rotor and stator, mass and stiffness of the stator, unbalance and the rotor speed are changed one
-    by one, up to ten times or down to a tenth (friction to a fiftieth). Along each the predictions tell from where on no backward
-    whirl lasts; there, and further on where that does not do, the motions that last are looked for anew (`rsc.motions`), and
-    first whether a run that begins in the whirl of the machine as it is still ends in one. Only what these simulations confirm is
-    called a remedy.
+    by one, up to ten times or down to a tenth (friction to a fiftieth, the speed to twice or a third). Along each the predictions
+    tell from where on no backward whirl lasts; there, and further on where that does not do, the motions that last are looked for
+    anew (`rsc.motions`), and first whether a run that begins in the whirl of the machine as it is still ends in one. Only what
+    these simulations confirm is called a remedy.
 
     Parameters
     ----------
@@ -183,7 +189,8 @@ class _Remedying:
         self._interrupted = listed.interrupted
         harmful = {id(motion) for motion in harmful_of(listed)}
         pairs = zip(search.groups, listed.motions, strict=True)
-        states = [shown(group) for group, motion in pairs if id(motion) in harmful]
+        # where a motion that runs away stands is beyond the model, and no place to begin in another machine
+        states = [shown(group) for group, motion in pairs if id(motion) in harmful and motion.bounded]
         helping, others = list[Remedy](), list[Remedy]()
         if harmful and not self._interrupted:
             predicted = bool(_lasting(self._scene, self._speed))
@@ -192,7 +199,7 @@ class _Remedying:
                     (helping if own.helps else others).append(own)
             except KeyboardInterrupt:
                 self._interrupted = True
-        helping.sort(key=lambda own: abs(own.change))
+        helping.sort(key=lambda own: own.size)
         return Remedies(self._speed, listed, tuple(helping), tuple(others), self._starts, self._interrupted)
 
     def _each(self, states: Sequence[End], predicted: bool) -> Iterator[Remedy]:
@@ -204,6 +211,8 @@ class _Remedying:
             if own is None:
                 return
             yield own
+            if self._interrupted:
+                return
 
     def _search(self, scene: Scene, speed: float) -> Search:
         before = self._ended
@@ -239,42 +248,66 @@ class _Remedying:
             return True
 
     def _tried(self, lever: _Lever, border: float, states: Sequence[End], predicted: bool) -> Remedy | None:
-        """The first change of a value that the simulations confirm, or the remaining motions; None if interrupted."""
+        """The smallest change of a value that the simulations confirm, or the remaining motions; None if interrupted."""
         value = next(iter(lever.values.values())) if len(lever.values) == 1 else math.nan
-        remains, last = tuple[LastingMotion, ...](), 1.0
+        remains, last, failed = tuple[LastingMotion, ...](), 1.0, 1.0 if math.isnan(border) else border
         for factor in _factors(border, lever.furthest, predicted):
-            try:
-                scene, speed = lever.applied(self._scene, self._speed, factor)
-                search = self._search(scene, speed)
-            except SceneError:  # beyond what such a scene may have
-                break
-            last = factor
-            goes_on = self._goes_on(search, states)
-            listed = search.motions(self._starts if not goes_on else 0, self._seed)
-            if listed.interrupted:
-                self._interrupted = True
+            helps, left = self._left(lever, factor, states)
+            if self._interrupted:
                 return None
-            harmful = tuple(harmful_of(listed))
-            if not harmful and not goes_on:
-                return Remedy(lever.name, value, factor, True, tuple(listed.motions), border)
-            remains = harmful or remains
+            if helps:
+                factor, left = self._refined(lever, failed, factor, left, states)
+                return Remedy(lever.name, value, factor, True, left, border)
+            if not left:  # beyond what such a scene may have
+                break
+            remains, last, failed = left, factor, factor
         return Remedy(lever.name, value, last, False, remains, border)
 
+    def _refined(
+        self, lever: _Lever, failed: float, helping: float, left: tuple[LastingMotion, ...], states: Sequence[End]
+    ) -> tuple[float, tuple[LastingMotion, ...]]:
+        """The factor that helps, and what it leaves, after bisections between it and one that does not."""
+        for _ in range(BISECTIONS):
+            if abs(math.log(helping / failed)) < NEAR:
+                break
+            middle = math.sqrt(failed * helping)
+            try:
+                helps, own = self._left(lever, middle, states)
+            except KeyboardInterrupt:
+                self._interrupted = True
+            if self._interrupted:  # what was found stays
+                break
+            helping, left, failed = (middle, own, failed) if helps else (helping, left, middle)
+        return helping, left
+
+    def _left(self, lever: _Lever, factor: float, states: Sequence[End]) -> tuple[bool, tuple[LastingMotion, ...]]:
+        """Whether a change leaves no backward motion, and what lasts then: all of it, or else the backward motions; nothing where
+        such a scene cannot be or after a Ctrl-C."""
+        try:
+            scene, speed = lever.applied(self._scene, self._speed, factor)
+            search = self._search(scene, speed)
+        except SceneError:
+            return False, ()
+        goes_on = self._going_on(search, states)
+        listed = search.motions(self._starts if not goes_on else 0, self._seed)
+        self._interrupted = self._interrupted or listed.interrupted
+        harmful = tuple(harmful_of(listed)) or goes_on
+        return (False, ()) if self._interrupted else (not harmful, harmful or tuple(listed.motions))
+
     @staticmethod
-    def _goes_on(search: Search, states: Sequence[End]) -> bool:
-        """Whether a run from the whirl of the machine as it is still ends in a backward motion."""
+    def _going_on(search: Search, states: Sequence[End]) -> tuple[LastingMotion, ...]:
+        """The backward motions in which runs from the whirls of the machine as it is still end."""
         ends = search.ends([replace(end.state, races=None) for end in states], [end.turns for end in states])
-        return any(end.motion.kind in HARMFUL for end in ends)
+        return tuple(search.as_listed([end]) for end in ends if end.motion.kind in HARMFUL)
 
 
 def _factors(border: float, furthest: float, predicted: bool) -> list[float]:
     """Factors to be simulated, the smallest change first."""
-    sign = math.copysign(1.0, math.log(furthest))
     if math.isnan(border):
-        own = [UNPREDICTED[i] ** sign for i in TELLING] if predicted else [factor**sign for factor in UNPREDICTED]
-    else:
-        own = [math.exp(power * math.log(border)) * MORE**sign for power in BEYOND]
-    return [factor for factor in own if abs(math.log(factor)) <= abs(math.log(furthest)) * (1.0 + 1e-9)]
+        return [furthest**power for power in (TELLING if predicted else UNPREDICTED)]
+    own = [border**power * MORE ** math.copysign(1.0, math.log(furthest)) for power in BEYOND]
+    within = [factor for factor in own if abs(math.log(factor)) < abs(math.log(furthest))]
+    return within if len(within) == len(own) else [*within, furthest]
 
 
 def _levers(scene: Scene, speed: float) -> Iterator[_Lever]:

@@ -14,6 +14,7 @@ from rsc.analysis.paper.predict_many import predict_many
 from rsc.analysis.several.predict import predict
 from rsc.analysis.several.whirl import SeveralWhirl
 from rsc.errors import RscError, SceneError, SolverError, one_line
+from rsc.measure.catalogue import WHIRLING, LastingMotion, Motions
 from rsc.measure.final import FinalMotion, final_motion
 from rsc.measure.stretches import Stretches, at_contacts
 from rsc.measure.words import FREQUENCY, VERDICTS
@@ -254,26 +255,42 @@ def _watched(scene: Scene, stretches: Stretches) -> dict[str, float]:
 
 
 def _listed(scenes: list[Scene]) -> Rows:
-    """The most dangerous of the motions that last at the first speed of every scene's drive."""
+    """The most dangerous of the motions that last at the first speed of every scene's drive, and the most dangerous whirl."""
     rows = empty("motions", len(scenes)) | {"status": texts([FINISHED] * len(scenes))}
-    words = [""] * len(scenes)
+    words, whirls = [""] * len(scenes), [""] * len(scenes)
     for i, scene in enumerate(scenes):
         listed = list_of(scene, scene.drive.speed[0], STARTS, threads=1)
         rows["n_motions"][i], rows["n_unsettled"][i] = len(listed.motions), (listed.ended < 0).sum()
         if not listed.motions:
             continue
         worst = listed.motions[0]
-        impacts = np.hypot(*listed.impulse[listed.ended == listed.motions.index(worst)].T)
-        force = max((own.force_max for own in worst.contacts.values()), default=worst.force_max)
-        sizes = worst.frequency, worst.amplitude_max, force, worst.power
-        values = *(sizes if worst.bounded else [np.nan] * len(sizes)), worst.share
-        for name, value in zip(("frequency", "amplitude", "force", "power", "share"), values, strict=True):
+        sizes = worst.frequency, worst.amplitude_max, _largest_force(worst), worst.power
+        values = *(sizes if worst.bounded else [np.nan] * len(sizes)), *_started(listed, [0])
+        for name, value in zip(("frequency", "amplitude", "force", "power", "share", "impulse"), values, strict=True):
             rows[f"lasting_{name}"][i] = value
         rows["lasting_touched"][i] = _touched(worst, scene)
         rows["lasting_clearance_share"][i] = max(worst.clearances.values(), default=np.nan)
-        rows["lasting_impulse"][i] = impacts.min(initial=np.inf) if len(impacts) else np.nan
         words[i] = worst.motion
-    return rows | {"lasting": texts(words)}
+        if numbers := [k for k, motion in enumerate(listed.motions) if motion.motion in WHIRLING]:
+            whirl = listed.motions[numbers[0]]
+            own = whirl.frequency, whirl.amplitude_max, _largest_force(whirl)
+            told = *(own if whirl.bounded else [np.nan] * len(own)), *_started(listed, numbers)
+            for name, value in zip(("frequency", "amplitude", "force", "share", "impulse"), told, strict=True):
+                rows[f"lasting_whirl_{name}"][i] = value
+            whirls[i] = whirl.motion
+    return rows | {"lasting": texts(words), "lasting_whirl": texts(whirls)}
+
+
+def _largest_force(motion: LastingMotion) -> float:
+    """The largest normal force of a motion in N, at any contact."""
+    return max((own.force_max for own in motion.contacts.values()), default=motion.force_max)
+
+
+def _started(listed: Motions, numbers: Sequence[int]) -> tuple[float, float]:
+    """Share of the random impacts that start one of these motions of a list, and the smallest of them in N s; NaN for none."""
+    started = np.isin(listed.ended, numbers)
+    smallest = np.hypot(*listed.impulse[started].T).min() if started.any() else np.nan
+    return float(started.mean()) if len(started) else np.nan, float(smallest)
 
 
 def _checked(scenes: list[Scene]) -> Rows:

@@ -17,7 +17,7 @@ from rsc.results.sweep_store import Cases, Plan, axis_of
 from rsc.scene.scene import Scene
 from rsc.study.sweep.compute import KINDS, LONGEST_REASON
 from rsc.study.sweep.plan import Label, most_whirls, span
-from rsc.study.sweep.rows import FINISHED, MISSING, SETS, WHIRL, Column, Rows, all_columns
+from rsc.study.sweep.rows import ADDED, FINISHED, MISSING, SETS, WHIRL, Column, Rows, all_columns
 
 UNKNOWN, NONE, PREDICTED, LASTS, REACHED = range(-1, 4)
 DANGER = (
@@ -132,7 +132,8 @@ def _head(cases: Cases, kinds: Iterable[str], scene: str, source: str, versions:
 
 
 def load_dataset(path: str | os.PathLike[str]) -> Labelled:
-    """Read the dataset of a sweep; what its quantities are, their units and dimensions is not believed but known.
+    """Read the dataset of a sweep; what its quantities are, their units and dimensions is not believed but known. One of an older
+    format lacks what was added since.
 
     Raises
     ------
@@ -147,7 +148,7 @@ def load_dataset(path: str | os.PathLike[str]) -> Labelled:
             raise ValueError("its head is not that of a sweep")
         dims = dict.fromkeys(axes.values())
         numbers = {dim: Array(I8, (dim,)) for dim in dims if dim not in axes}
-        columns = _columns(kinds)
+        columns = {name: column for name, column in _columns(kinds).items() if name not in ADDED.get(head["format"], ())}
         if any(column.per_whirl for column in columns.values()):
             numbers[WHIRL] = Array(I8, (WHIRL,))
         coordinates = {key: Array(f"{F8} {I8} {I1} {TEXT}", (dim,)) for key, dim in axes.items()}
@@ -165,8 +166,9 @@ def load_dataset(path: str | os.PathLike[str]) -> Labelled:
         raise DataError(path, f"is no result of a sweep ({error})") from None
     variables: dict[str, Variable] = {}
     for name, column in _columns(kinds).items():
-        values = arrays[name].astype(bool) if column.kind == "b" else arrays[name]
-        variables[name] = (_dims(cases, column), values, _about(name, column, scene))
+        if name in arrays:
+            values = arrays[name].astype(bool) if column.kind == "b" else arrays[name]
+            variables[name] = (_dims(cases, column), values, _about(name, column, scene))
     dims = cases.dims | ({WHIRL: lengths[WHIRL]} if WHIRL in lengths else {})
     return Labelled(dims, _coordinates(cases), variables, _head(cases, kinds, head["scene"], head["source"], head["versions"]))
 
@@ -195,9 +197,8 @@ def _derived(flat: dict[str, NDArray[Any]], predicted: NDArray[np.bool_]) -> dic
     exists = (flat["frequency"] < 0.0) & (flat["admissible"] | rolls)
     stable = exists & flat["stable"] & flat["admissible"]
     danger = np.where(predicted, np.where(exists.any(axis=1), PREDICTED, NONE), UNKNOWN).astype("i1")
-    whirls = [str(kind).encode() for kind in WHIRLING]
-    if "lasting" in flat:
-        danger[np.isin(flat["lasting"], whirls)] = LASTS
+    if "lasting_whirl" in flat:
+        danger[flat["lasting_whirl"] != b""] = LASTS
     chosen = np.where(stable.any(axis=1, keepdims=True), stable, exists)
     derived = {}
     place = np.argmax(np.where(chosen, flat["rotor_amplitude"], -1.0), axis=1) if chosen.shape[1] else None
@@ -208,7 +209,7 @@ def _derived(flat: dict[str, NDArray[Any]], predicted: NDArray[np.bool_]) -> dic
             values = np.where(chosen.any(axis=1), flat[source][np.arange(len(danger)), place], values)
         derived[name] = values
     if "motion" in flat:
-        danger[np.isin(flat["motion"], whirls)] = REACHED
+        danger[np.isin(flat["motion"], [str(kind).encode() for kind in WHIRLING])] = REACHED
     return {"danger": danger, **derived}
 
 

@@ -121,6 +121,12 @@ COLUMNS: dict[str, dict[str, Column]] = {
         "lasting_share": Column("f", "1", "share of the random impacts that start it"),
         "lasting_impulse": Column("f", "N s", "smallest of the random impacts that start it"),
         "lasting_clearance_share": Column("f", "1", "its largest deflection over gap at the clearances that are watched"),
+        "lasting_whirl": Column("S", "", "most dangerous whirl that lasts there, or what runs away; empty: none does"),
+        "lasting_whirl_frequency": Column("f", "Hz", "mean rate at which the contact deflection of that whirl turns"),
+        "lasting_whirl_amplitude": Column("f", "m", "its largest |r| at the contact"),
+        "lasting_whirl_force": Column("f", "N", "its largest normal force, at any contact"),
+        "lasting_whirl_share": Column("f", "1", "share of the random impacts that start a whirl, whichever it is"),
+        "lasting_whirl_impulse": Column("f", "N s", "smallest of the random impacts that start a whirl"),
         "n_motions": Column("i", "1", "motions that last"),
         "n_unsettled": Column("i", "1", "random impacts after which nothing had settled"),
     },
@@ -133,6 +139,8 @@ COLUMNS: dict[str, dict[str, Column]] = {
         "transition_predicted": Column("f", "Hz", "rotor speed at which that change is predicted"),
     },
 }
+# format of a dataset that is still read -> columns that it does not have yet
+ADDED = {"rsc-sweep-dataset-2": [name for name in COLUMNS["motions"] if name.startswith("lasting_whirl")]}
 
 
 def all_columns(kind: str) -> dict[str, Column]:
