@@ -15,7 +15,7 @@ TWO_PI = 2.0 * np.pi
 class FullMachine(Witness):
     """A scene's rotor before its reduction; model: with or without bearings; turned: rad, angle of the shaft at time 0."""
 
-    tolerances = {"rtol": 1e-9, "atol": 1e-13}
+    rtol, atol = 1e-9, 1e-13
 
     def __init__(self, scene, model, places, at_nodes, turned=0.0):
         super().__init__(scene)
@@ -28,11 +28,11 @@ class FullMachine(Witness):
         contacts = tuple(replace(one, rotor=row) for one, row in zip(self.system.contacts, self.rows, strict=True))
         self.system, self.n = replace(assemble(scene), rotor=rotor, contacts=contacts, switched=()), body.n_coordinates
 
-    def running(self):
-        """Displacements and velocities (n,) of the steady motion by unbalance and load, without contact."""
+    def running(self, time=0.0):
+        """Displacements and velocities (n,) of the steady motion by unbalance and load, without contact, at a time in s."""
         rotor, Omega = self.system.rotor, self.speed
         dynamic = rotor.stiffness - Omega**2 * (rotor.mass - rotor.gyroscopic) + 1j * Omega * rotor.damping
-        turning = np.linalg.solve(dynamic, rotor.unbalance * Omega**2)
+        turning = np.linalg.solve(dynamic, rotor.unbalance * Omega**2) * np.exp(1j * Omega * time)
         return np.linalg.solve(rotor.stiffness, rotor.load) + turning, 1j * Omega * turning
 
     def dropped(self, state, times):

@@ -5,6 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+import scipy.linalg
 import scipy.optimize
 import scipy.sparse
 
@@ -252,9 +253,9 @@ def test_bodies_are_refused_in_one_line(body, message):
 
 @pytest.mark.parametrize("sparse", [False, True])
 @pytest.mark.parametrize("seed", range(4))
-def test_a_shaft_without_bearings_is_refused(seed, sparse):
+def test_a_shaft_without_bearings_keeps_its_free_motions(seed, sparse):
     """Rounding leaves its two free motions a tiny stiffness, of either sign."""
-    rng, n = np.random.default_rng(seed), 80 if not sparse else FEW
+    rng, n = np.random.default_rng(seed), 80 if not sparse else FEW // 2 + 10
     stiffness, mass = np.zeros((2 * n, 2 * n)), np.zeros((2 * n, 2 * n))
     for i in range(n - 1):
         rows = slice(2 * i, 2 * i + 4)
@@ -263,9 +264,10 @@ def test_a_shaft_without_bearings_is_refused(seed, sparse):
     contact = np.eye(2 * n)[10]
     free, hinged = Body(mass, 10.0 * mass, stiffness, contact), stiffness.copy()
     hinged[0, 0] += 1e8
-    for body in (free, replace(free, stiffness=hinged)):
-        with pytest.raises(ReductionError, match="not positive definite"):
-            reduce(as_sparse(body) if sparse else body, (-100.0, 100.0), (0.0, 50.0))
+    for body, count in ((free, 2), (replace(free, stiffness=hinged), 1)):
+        result = reduce(as_sparse(body) if sparse else body, (-3000.0, 3000.0), (0.0, 50.0))
+        squares = scipy.linalg.eigvalsh(result.body.stiffness, result.body.mass)
+        assert np.count_nonzero(np.abs(squares) < 4.0) == count and result.error <= 1e-4
     hinged[-2, -2] += 1e3
     assert reduce(replace(free, stiffness=hinged), (-100.0, 100.0), (0.0, 50.0)).error <= 1e-4
 
