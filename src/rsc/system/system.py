@@ -78,7 +78,9 @@ class SwitchedOff:
     def added_to(self, rotor: Body) -> Body:
         """The rotor with these bearings."""
         constant = {name: getattr(rotor, name) for name in self.parts}
-        sums = {name: part if constant[name] is None else constant[name] + part for name, part in self.parts.items()}
+        sums: dict[str, Any] = {}
+        for name, part in self.parts.items():
+            sums[name] = part if constant[name] is None else constant[name] + part
         return replace(rotor, **sums)
 
     def mirrored(self) -> "SwitchedOff":

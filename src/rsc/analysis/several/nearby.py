@@ -40,7 +40,7 @@ def nearby(system: System, whirls: Sequence[SeveralWhirl], speed: float) -> list
         own, at = pressed(system, TWO_PI * speed, contacts), [whirl.contacts[name] for name in whirl.pressed]
         forces, phases = np.array([[one.normal_force, np.radians(one.phase)] for one in at]).T
         start = Whirling(np.array([TWO_PI * whirl.frequency]), forces[None], (phases - phases[0])[None])
-        found, met = newton(own, start)
-        of_set = WhirlsOfSet(contacts, own, found)
+        root, met = newton(own, start)
+        of_set = WhirlsOfSet(contacts, own, root)
         made.append(described(system, of_set, speed, names.index(hardest(whirl)))[0] if met[0] else None)
     return made

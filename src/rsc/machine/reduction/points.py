@@ -156,8 +156,8 @@ def natural_frequencies(body: Body, Omega: float, shift: Shift = HELD) -> FloatA
     if not isinstance(body.mass, np.ndarray):
         return np.zeros(0)
     if shift.square:
-        found = _hardly_held(body.at_knots(Omega), Omega, shift)
-        return np.sort(found[np.abs(found) > shift.least])
+        frequencies = _hardly_held(body.at_knots(Omega), Omega, shift)
+        return np.sort(frequencies[np.abs(frequencies) > shift.least])
     mass, gyroscopic = _by_stiffness(body.at_knots(Omega))
     if gyroscopic is None:
         slow = np.sqrt(np.maximum(scipy.linalg.eigvalsh(mass), 0.0))

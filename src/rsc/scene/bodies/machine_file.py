@@ -105,8 +105,8 @@ def _with_bearings(table: RawTable, model: Any, raw: object) -> tuple[Any, tuple
 
     def at(time: float | None) -> Any:
         """The model with those that are there until a time, or that stay."""
-        there = [one for off, one in bearings if off is None or (time is not None and off >= time)]
-        return with_bearings(model, there, required=False)
+        holding = [one for off, one in bearings if off is None or (time is not None and off >= time)]
+        return with_bearings(model, holding, required=False)
 
     try:
         return at(None), switched_models(at, [off for off, _ in bearings])

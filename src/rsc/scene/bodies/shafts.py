@@ -45,9 +45,10 @@ class Stations:
         disks = tuple(_disk(item, self._named_place(item), self.shaft, material) for item in values["disks"])
         self._supports = tuple(_support(item, self._named_place(item)) for item in values["bearings"])
         self._off = [_off(item) for item in values["bearings"]]
-        there = tuple(one for one, off in zip(self._supports, self._off, strict=True) if off is None)
-        places = {one.name or f"{one.place:.6g} m": one.place for one in self._supports if one not in there}
-        self.shaft = replace(self.shaft, disks=disks, supports=there, places=places)
+        pairs = list(zip(self._supports, self._off, strict=True))
+        places = {one.name or f"{one.place:.6g} m": one.place for one, off in pairs if off is not None}
+        staying = tuple(one for one, off in pairs if off is None)
+        self.shaft = replace(self.shaft, disks=disks, supports=staying, places=places)
         _refuse_overlap(values["disks"], self.shaft)
 
     def node(self, table: RawTable, key: str, raw: Any) -> str:
@@ -128,8 +129,8 @@ class Stations:
 
     def _until(self, time: float) -> Shaft:
         """The shaft with the bearings that are there until a time in s."""
-        there = tuple(one for one, off in zip(self._supports, self._off, strict=True) if off is None or off >= time)
-        return replace(self.shaft, supports=there)
+        holding = tuple(one for one, off in zip(self._supports, self._off, strict=True) if off is None or off >= time)
+        return replace(self.shaft, supports=holding)
 
     def _at_nodes(self) -> dict[str, Any]:
         """Unbalances, loads and gravity of a rotor."""

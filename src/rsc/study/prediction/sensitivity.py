@@ -127,9 +127,9 @@ def _rows(scenes: Sequence[Scene], speed: float, whirls: Sequence[Whirl]) -> dic
         arrays = predict_many(scenes, [speed], np.array([whirl.frequency for whirl in whirls]))
         return {name: getattr(arrays, name)[:, 0] for name in QUANTITIES}
     own = [whirl for whirl in whirls if isinstance(whirl, SeveralWhirl)]
-    found = [nearby(assemble(scene), own, speed) for scene in scenes]
+    lists = [nearby(assemble(scene), own, speed) for scene in scenes]
     return {
-        name: np.array([[np.nan if one is None else getattr(one, name) for one in row] for row in found]) for name in QUANTITIES
+        name: np.array([[np.nan if one is None else getattr(one, name) for one in row] for row in lists]) for name in QUANTITIES
     }
 
 
