@@ -173,6 +173,7 @@ def contacts(draw, rotor, stator, driven):
             if draw(st.booleans()):
                 table |= {"race_inertia": draw(size(1e-5, 1e-3)), **maybe(draw, race_drag=size(0.0, 1e-3))}
         table |= maybe(draw, ring_eccentricity=st.tuples(size(0.0, 1e-5), size(0.0, 360.0)).map(list), offset=PAIR)
+        table |= maybe(draw, yield_force=size(1.0, 1e6))
         table |= draw(_places(rotor, stator))
         made.append(table | {"name": f"place_{i}"})
     return made if len(made) > 1 else draw(st.sampled_from([made, made[0]]))

@@ -95,9 +95,10 @@ def after(scene, path, whole):
     block = ResultFile(left).rows(0, rows)
     if any((values != getattr(whole, name)[:rows]).any() for name, values in block.items()):
         return f"{rows} samples", "a wrong sample is read"
-    what = "result" if left == path else "a part"
+    what, told = "result" if left == path else "a part", []
     try:
-        return what, _same(rsc.simulate(scene, path=path, resume=True), whole)
+        verdict = _same(rsc.simulate(scene, path=path, resume=True, note=told.append), whole)
+        return "a part, begun anew" if any("starts again" in line for line in told) else what, verdict
     except rsc.DataError as error:
         return what, f"cannot be resumed: {error}"
 

@@ -60,8 +60,8 @@ def try_out():
     except subprocess.TimeoutExpired as error:
         raise ValueError(f"the process that tries it out has not ended after {_LONGEST} s") from error
     if child.returncode:
-        said = child.stderr.decode(errors="replace").strip().splitlines()
-        raise ValueError(said[-1] if said else f"the process that tries it out ended with code {child.returncode}")
+        lines = child.stderr.decode(errors="replace").strip().splitlines()
+        raise ValueError(lines[-1] if lines else f"the process that tries it out ended with code {child.returncode}")
 
 
 def mismatch(fast):

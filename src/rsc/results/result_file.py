@@ -312,6 +312,14 @@ class ResultFile:
                     continue
         return None, None
 
+    def has_stretches(self, n):
+        """Whether the facts of the first n stretches can be read: a write that was torn at their end destroys those before it."""
+        try:
+            with self._reading() as file:
+                return len(without_sums(file[STRETCHES][:n])) == n
+        except DataError:
+            return False
+
 
 def _samples(file):
     """Samples in the blocks of a file."""
@@ -332,10 +340,10 @@ def _is_whole(file, rows):
 
     A chunk with a wrong sum of its own raises OSError, one that was never written reads as NaN.
     """
-    if rows == 0:
-        return True
     blocks = whole_blocks(file)
     ends = blocks[:, 0]
+    if rows == 0:
+        return True
     matches = np.flatnonzero(ends == rows)
     if not len(matches):
         return False

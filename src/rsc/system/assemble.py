@@ -110,6 +110,7 @@ def _contact(contact: Any, rotor: Any, stator: Any) -> SystemContact:
         offset=complex(contact.offset),
         name=contact.name or "",
         in_rotor=contact.in_rotor or rotor.model == "reduced",  # of a reduced rotor it is unknown
+        yield_force=contact.yield_force,
     )
 
 

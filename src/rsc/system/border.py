@@ -1,6 +1,7 @@
 """Limits beyond which neither the model nor any machine holds (docs/users/motions.md).
 
-They are deliberately generous: a motion inside them may still destroy a machine, one beyond them certainly does.
+They are deliberately generous, but for the yield force that a scene gives: a motion inside them may still destroy a machine, one
+beyond them certainly does.
 """
 
 import math
@@ -13,6 +14,7 @@ import numpy as np
 from rsc.system.system import System, SystemContact
 
 DEEPEST = 1.0  # penetration over clearance; deeper contacts are not elastic
+YIELDING = 1.0  # normal force over the yield force that the scene gives
 WIDEST = 1.0  # |r| over the shaft radius at the contact: the shaft axis would leave the bore
 FASTEST_SURFACE = 500.0  # m/s, beyond the strength of steel
 # W/kg, friction power per effective mass at the contact: melts steel within 1 s, 500 J/(kg K) times 1500 K
@@ -27,6 +29,7 @@ class Border:
     orbit : float, largest |r| over the shaft radius at the contact; NaN without a diameter
     surface : float m/s, largest velocity of the shaft surface, Omega d_R/2 + |Psi| |r|
     heating : float W/kg, friction power over the effective mass at the contact; NaN if the power is unknown
+    yielding : float, largest normal force over the yield force of its contact; NaN if the scene gives none
     """
 
     penetration: float
@@ -34,11 +37,12 @@ class Border:
     orbit: float
     surface: float
     heating: float
+    yielding: float = math.nan
 
     @property
     def passed(self) -> tuple[str, ...]:
         """Names of the limits that the motion exceeds."""
-        limits = {"penetration": DEEPEST, "orbit": WIDEST, "surface": FASTEST_SURFACE, "heating": HOTTEST}
+        limits = {"penetration": DEEPEST, "orbit": WIDEST, "surface": FASTEST_SURFACE, "heating": HOTTEST, "yielding": YIELDING}
         return tuple(name for name, limit in limits.items() if getattr(self, name) > limit)
 
 
@@ -61,12 +65,14 @@ def border_of(
     radii = [0.5 * contact.law.diameter for contact in system.contacts if contact.law.diameter is not None]
     radius = min(radii, default=math.nan)
     orbiting = 0.0 if math.isnan(frequency) else TWO_PI * abs(frequency) * amplitude
+    known = [(force, own.yield_force) for force, own in zip(forces, system.contacts, strict=True)]
     return Border(
         penetration=depth / gap,
         depth=depth,
         orbit=amplitude / radius,
         surface=TWO_PI * abs(speed) * max(radii, default=0.0) + orbiting,
         heating=abs(power) / max(mass_at(system, contact) for contact in system.contacts),
+        yielding=max((force / limit for force, limit in known if limit is not None), default=math.nan),
     )
 
 

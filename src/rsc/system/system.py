@@ -41,6 +41,7 @@ class SystemContact:
     offset: complex = 0j  # m, rest position of the stator's centre
     name: str = ""  # "" for a single unnamed contact
     in_rotor: bool = False  # whether both surfaces belong, or in a reduced rotor may belong, to the rotor
+    yield_force: float | None = None  # N, normal force at which it deforms for good; no equation knows it
 
 
 def only_one(contacts: Sequence[Any]) -> Any:

@@ -13,6 +13,7 @@ from rsc.show.words.verdict import MEANINGS, ON_RACE, PASSING, sentences, verdic
 from rsc.system.assemble import assemble
 from rsc.system.border import Border, border_of, mass_at
 from scenes import LAVAL
+from two_seals import pump
 
 INSIDE = Border(0.1, 1e-4, math.nan, 3.0, math.nan)
 BEYOND = Border(3.0, 3e-3, math.nan, 3.0, math.nan)
@@ -67,10 +68,37 @@ def test_every_limit_is_one_of_the_motion():
     assert math.isnan(border_of(free, 50.0, [0.0], 1.0, -50.0).orbit)
 
 
+@pytest.mark.parametrize(("force", "passed"), [(90.0, ()), (110.0, ("yielding",))])
+def test_a_contact_yields_at_the_force_that_its_scene_gives(force, passed):
+    scene = rsc.Scene.from_dict(LAVAL).with_values({"contact.yield_force": "0.1 kN"})
+    border = border_of(assemble(scene), 50.0, [force], 1e-3, -50.0)
+    assert border.passed == passed and border.yielding == pytest.approx(force / 100.0)
+    made = listed([motion(Kind.SLIDING, force, border=border), NOTHING], [0] * 8 + [1] * 8)
+    text = verdict_text(verdict_of(None, None, (), [made]))
+    assert ("normal force of 1.1 times the yield force of the contact" in text) == bool(passed) == ("destructive" in text)
+    assert (f"{force:.0f} N" in text) != bool(passed)  # the figure is beyond the model
+    without = border_of(assemble(rsc.Scene.from_dict(LAVAL)), 50.0, [force], 1e-3, -50.0)
+    assert without.passed == () and math.isnan(without.yielding)
+
+
+def test_of_several_contacts_the_one_that_yields_first_counts():
+    scene = pump().with_values({"contact.seal.yield_force": 1e3, "contact.bush.yield_force": 10.0})
+    system = assemble(scene)
+    assert border_of(system, 50.0, [100.0, 5.0], 1e-6, -50.0).yielding == pytest.approx(0.5)
+    assert border_of(system, 50.0, [900.0, 5.0], 1e-6, -50.0).yielding == pytest.approx(0.9)
+
+
 def test_what_no_impact_starts_is_told_and_does_not_count():
     verdict = verdict_of(None, None, (), [listed([motion(Kind.ROLLING, 1e6, border=BEYOND), NOTHING], [1] * 16)])
     assert verdict.severity == Severity.SAFE and verdict.impact.hits == 0
     assert "none of 16 impacts started backward whirl, rolling" in verdict_text(verdict)
+
+
+@pytest.mark.parametrize("ended", [[1] * 16, [0] * 8 + [1] * 8])
+def test_what_runs_away_has_no_size_whether_an_impact_starts_it_or_not(ended):
+    away = motion(Kind.RUNNING_AWAY, 1e10, border=Border(2.5e6, 623.0, math.nan, 2.9e6, math.nan))
+    text = verdict_text(verdict_of(None, None, (), [listed([away, NOTHING], ended)]))
+    assert "does not bound" in text and "beyond the model" not in text and "623" not in text and "e+06" not in text
 
 
 def test_nothing_found_states_the_coverage():

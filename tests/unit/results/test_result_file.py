@@ -17,7 +17,7 @@ import rsc
 import rsc.study.run.verify
 from rsc.cli import main
 from rsc.results.result_file import ResultWriter
-from rsc.results.result_format import BLOCKS
+from rsc.results.result_format import BLOCKS, STRETCHES
 from rsc.results.summary import Status
 from rsc.simulation.run import Run
 from rsc.study.run.start import run_of
@@ -185,6 +185,28 @@ def test_a_part_whose_last_row_of_blocks_was_never_written_goes_on(scene_file, t
     with h5py.File(tmp_path / "run.h5.part") as file:
         assert file[BLOCKS][-1, 0] == -1 and len(file[BLOCKS]) == 3
     assert same(rsc.simulate(scene, path="run.h5", resume=True), rsc.simulate(scene))
+
+
+def test_a_part_whose_facts_of_stretches_are_torn_begins_anew_and_says_so(scene_file, tmp_path, long_run):
+    """A write that the machine did not end, over rows that were whole (tools/faults.py)."""
+    scene, told = long_run[0].with_values({"drive.duration": 100.0}), []
+
+    def killed(writer, *parts, append=ResultWriter.append):
+        append(writer, *parts)
+        if len(writer._file[STRETCHES]) > 3:
+            raise OSError("gone")
+
+    with pytest.MonkeyPatch.context() as patch, pytest.raises(OSError, match="gone"):
+        patch.setattr(ResultWriter, "append", killed)
+        rsc.simulate(scene, path="run.h5")
+    with h5py.File(tmp_path / "run.h5.part") as file:
+        place = file[STRETCHES].id.get_chunk_info(0)
+    with open(tmp_path / "run.h5.part", "r+b") as file:
+        file.seek(place.byte_offset)
+        file.write(bytes(50))
+    assert same(rsc.simulate(scene, path="run.h5", resume=True, note=told.append), rsc.simulate(scene))
+    assert [line for line in told if line.endswith("is damaged, and the run starts again")]
+    assert [file.name for file in tmp_path.iterdir() if "run.h5" in file.name] == ["run.h5"]
 
 
 def test_what_somebody_puts_in_the_place_of_a_result_while_it_is_made_stays(scene_file, tmp_path, long_run):

@@ -97,6 +97,11 @@ class Contact:
     race_drag: float | None = declare(
         Number("tilt damping", low=0.0), None, meaning="Drag torque of the race per angular velocity; default: none."
     )
+    yield_force: float | None = declare(
+        Number("force", above=0.0),
+        None,
+        meaning="Normal force at which the contact deforms permanently; a motion with more is reported as beyond the model.",
+    )
 
     one_of = (
         (("damping_ratio", "damping"), ("damping", 0.0)),

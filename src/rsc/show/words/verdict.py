@@ -68,7 +68,7 @@ def _impact(verdict):
                 f"({coverage_text(verdict.coverage)})."]  # fmt: skip
     at = f"At {frequency_text(impact.speed)}"
     if not impact.hits:
-        size = beyond_text(impact.border, ", beyond the model: ")
+        size = "" if impact.motion == Kind.RUNNING_AWAY else beyond_text(impact.border, ", beyond the model: ")
         return [f"{at} none of {impact.impacts} impacts started {_motion(impact)}{size}, which lasts once it is started."]
     text = f"{at} an impact starts {_motion(impact)}: {impact.hits} of {impact.impacts} impacts did"
     return [f"{text}{_smallest(impact)}.", *_machine(impact)]
@@ -131,6 +131,7 @@ BEYOND = {
     "orbit": lambda border: f"orbit of {border.orbit:.3g} times the shaft's radius",
     "surface": lambda border: f"surface at {amount(border.surface, 'm/s')}",
     "heating": lambda border: f"friction of {amount(border.heating, 'W')}/kg",
+    "yielding": lambda border: f"normal force of {border.yielding:.3g} times the yield force of the contact",
 }
 
 

@@ -3,7 +3,7 @@
 import json
 import os
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, cast
@@ -221,9 +221,11 @@ def _branch(stored: dict[str, Any]) -> StoredBranch:
 
 
 def _record(kind: Any, stored: dict[str, Any], **more: Any) -> Any:
-    """A dataclass of texts, flags and numbers, except for fields in `more`; None encodes NaN or infinity."""
+    """A dataclass of texts, flags and numbers, except for fields in `more`; None encodes NaN or infinity. What an older version
+    did not store is at its default."""
     readers: dict[Any, Callable[[Any], Any]] = {"str": _text, str: _text, "bool": _flag, bool: _flag, "int": _count, int: _count}
-    values = {field.name: field for field in fields(kind) if field.name not in more}
+    wanted = (field for field in fields(kind) if field.name in stored or field.default is MISSING)
+    values = {field.name: field for field in wanted if field.name not in more}
     return kind(**{name: readers.get(field.type, _number)(stored[name]) for name, field in values.items()}, **more)
 
 

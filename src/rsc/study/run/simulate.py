@@ -179,6 +179,9 @@ def _to_resume(
     if checkpoint is None:
         raise DataError(path, "holds no checkpoint to continue from")
     run = Run.resumed(scene, checkpoint, made_with)
+    if source != Path(path) and not old.has_stretches(run.n_stretches):
+        note(f"{path}: what the killed run left is damaged, and the run starts again")
+        return run_of(scene), None
     if bitwise and made_with == versions():
         _refuse_other_state(path, scene, checkpoint, earlier)
     if not same:
