@@ -246,7 +246,7 @@ def branch_of(label, frequency, amplitude, *events):
     ends = (Event(RANGE_END, 20.0, 0.0), Event(RANGE_END, 100.0, 0.0))
     stable, speed = np.array([True, True, False]), np.array([20.0, 60.0, 100.0])
     motion = {"frequency": frequency, "amplitude": amplitude, "stable": stable, "growth_rate": np.where(stable, -1.0, 1.0)}
-    motion["touches"] = ((),) * 3
+    motion |= {"touches": ((),) * 3, "pressed": ()}
     return SimpleNamespace(label=label, values=speed, begin=ends[0], end=ends[1], events=events, **motion)
 
 
