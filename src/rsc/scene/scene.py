@@ -14,7 +14,7 @@ from typing import Any
 
 from rsc.arguments import NAMED, PATH, TEXT, takes
 from rsc.errors import SceneError, nearest, one_line, shown
-from rsc.presented import Brief
+from rsc.presented import Brief, drawing
 from rsc.scene.bodies import models
 from rsc.scene.bodies.body_model import BodyModel, RotorModel
 from rsc.scene.bodies.machine_file import Machine, machine_of_file
@@ -167,6 +167,14 @@ class Scene(Brief):
             content[CLEARANCE] = [clearance.to_dict() for clearance in self.clearances]
         content |= {key: getattr(self, key).to_dict() for key in (LIMITS, REPORT) if getattr(self, key) is not None}
         return content
+
+    def plot(self, ax: Any = None, **style: Any) -> Any:
+        """Draw the rotor to scale in each direction, with disks, bearings, contacts and clearances.
+
+        ax : matplotlib axes, by default those of a new figure; style : properties of lines of matplotlib. Returns the axes;
+        SceneError unless the rotor was given by its stations (model "shaft").
+        """
+        return drawing().machine(self, ax, style)
 
     def _repr_html_(self) -> str:
         title = escape(one_line(self.title) or "scene")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from rsc.errors import DataError, ReductionError, one_line, shown
+from rsc.scene.bodies.drawn import drawn_content
 from rsc.scene.bodies.machine_file import Machine, place_of
 from rsc.scene.bodies.reduced import Reduction
 from rsc.scene.keys.keys import Number, RawTable, as_list, read_table
@@ -128,6 +129,8 @@ def reduced(
     }
     if model.speed is not None:
         content["coefficients_at"] = model.speed
+    if rotor:
+        content |= drawn_content(models[0], result.basis, touching)
     return RawTable(table.file, table.name, content, table.folder), replace(result, model=models[0])
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from rsc.scene.bodies.body_model import LOAD, MASS, BodyModel, RotorModel
+from rsc.scene.bodies.drawn import DrawnReader
 from rsc.scene.files.matrix_files import MatrixReader, is_definite, refuse_asymmetric
 from rsc.scene.keys import mirror
 from rsc.scene.keys.keys import Flag, Integer, Keyed, Later, Listed, Number, PairReader, RawTable, Sequence, Text, declare
@@ -267,6 +268,11 @@ class ReducedRotor(_Reduced, RotorModel):
     unbalance: tuple = declare(Sequence(PairReader("unbalance")), meaning="Unbalance of every coordinate, multiplied by Omega^2.")
     load: tuple = declare(LOAD, meaning="Constant force on every coordinate.")
     allow_negative_damping: bool = declare(Flag(), False, meaning="Allow negative damping.")
+    drawn: tuple | None = declare(Sequence(DrawnReader()), None, meaning="Parts of a shaft, for its drawing.")
+    nodes: tuple | None = declare(Sequence(Number("length", low=0.0)), None, meaning="Positions of the nodes of a shaft.")
+    node_rows: tuple | None = declare(
+        Sequence(Sequence(Number("dimensionless"))), None, meaning="Rows that give the displacement of every one of `nodes`."
+    )
 
     @property
     def at_end(self) -> "ReducedRotor":
@@ -290,8 +296,18 @@ class ReducedRotor(_Reduced, RotorModel):
             refuse_asymmetric(table, "rotating_damping", values["rotating_damping"], count)
         _refuse_other_knots(values, table, count)
         _refuse_other_times(values, table, count)
+        _refuse_other_nodes(values, table, count)
         if len(values["unbalance"]) != count:
             table.refuse("unbalance", values["unbalance"], f"a list of {count} pairs")
+
+
+def _refuse_other_nodes(values: Any, table: RawTable, count: int) -> None:
+    """Check that nodes have increasing positions and a row for each."""
+    nodes, rows = values["nodes"] or (), values["node_rows"] or ()
+    if any(not b > a for a, b in itertools.pairwise(nodes)):
+        table.refuse("nodes", list(nodes), "increasing positions")
+    if len(rows) != len(nodes) or any(len(row) != count for row in rows):
+        table.refuse("node_rows", None, f"a row of {count} numbers for each of the {len(nodes)} nodes")
 
 
 def _refuse_other_knots(values: Any, table: RawTable, count: int) -> None:
