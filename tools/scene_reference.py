@@ -12,6 +12,7 @@ from functools import singledispatch
 from itertools import combinations
 from pathlib import Path
 
+from rsc.scene.bodies.drawn import KINDS, DrawnReader
 from rsc.scene.bodies.models import ROTORS, STATORS
 from rsc.scene.bodies.reduced import Reduction
 from rsc.scene.bodies.shaft_keys import MaterialKeys, ShaftRotor
@@ -123,6 +124,12 @@ def _(reader: Keyed):
 @form.register
 def _(reader: Tables):
     return {"type": "array", "items": section_schema(reader.section), "minItems": reader.least}
+
+
+@form.register
+def _(reader: DrawnReader):
+    diameter = form(Number("length", low=0.0))
+    return _places([form(Choice(KINDS)), {"type": "string"}, *[diameter] * 6])
 
 
 @form.register

@@ -4,6 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from rsc.analysis.alone.critical_map import CriticalMap, critical_map
     from rsc.analysis.alone.limits import limits
     from rsc.analysis.alone.modes import Campbell, Mode, Modes, modes
     from rsc.analysis.follow.force_ratio import ForceRatio, force_ratios
@@ -39,6 +40,7 @@ __all__ = [
     "AtContact",
     "Benchmark",
     "Campbell",
+    "CriticalMap",
     "DataError",
     "Equations",
     "Explorer",
@@ -61,6 +63,7 @@ __all__ = [
     "cases",
     "check",
     "compare",
+    "critical_map",
     "crossing",
     "delay",
     "envelope",
@@ -93,6 +96,7 @@ __all__ = [
 # the same as the imports above, which only type checkers read: a name is loaded when it is first used, since Numba and SciPy
 # take longer to load than many a program that imports rsc needs
 _HOMES = {
+    "rsc.analysis.alone.critical_map": ("CriticalMap", "critical_map"),
     "rsc.analysis.alone.limits": ("limits",),
     "rsc.analysis.alone.modes": ("Campbell", "Mode", "Modes", "modes"),
     "rsc.analysis.follow.force_ratio": ("ForceRatio", "force_ratios"),

@@ -14,7 +14,7 @@ from typing import Any
 
 from rsc.arguments import NAMED, PATH, TEXT, takes
 from rsc.errors import SceneError, nearest, one_line, shown
-from rsc.presented import Brief
+from rsc.presented import Brief, drawing
 from rsc.scene.bodies import models
 from rsc.scene.bodies.body_model import BodyModel, RotorModel
 from rsc.scene.bodies.machine_file import Machine, machine_of_file
@@ -168,6 +168,14 @@ class Scene(Brief):
         content |= {key: getattr(self, key).to_dict() for key in (LIMITS, REPORT) if getattr(self, key) is not None}
         return content
 
+    def plot(self, ax: Any = None, **style: Any) -> Any:
+        """Draw the rotor to scale in each direction, with disks, bearings, contacts and clearances.
+
+        ax : matplotlib axes, by default those of a new figure; style : properties of lines of matplotlib. Returns the axes;
+        SceneError unless the rotor was given by its stations (model "shaft").
+        """
+        return drawing().machine(self, ax, style)
+
     def _repr_html_(self) -> str:
         title = escape(one_line(self.title) or "scene")
         return f"<details><summary>{title}</summary><pre>{escape(self.to_toml())}</pre></details>"
@@ -217,7 +225,8 @@ class Scene(Brief):
         return replace(changed, source=one_line(source))
 
     def steady(self, speed: float, duration: float = 1.0) -> "Scene":
-        """The scene with a constant prescribed speed in Hz for a duration in s, whatever its drive.
+        """The scene with a constant prescribed speed in Hz for a duration in s, whatever its drive, and without bearings that are
+        switched off during its run.
 
         Raises
         ------
@@ -226,6 +235,8 @@ class Scene(Brief):
         """
         drive = self.drive
         without = self if drive.inertia is None else replace(self, drive=Drive.along(drive.time, drive.speed))
+        if isinstance(self.rotor, ReducedRotor) and self.rotor.off_times:
+            without = replace(without, rotor=self.rotor.at_end)
         return without.with_values({"drive.speed": speed, "drive.duration": duration})
 
     def section(self, table: str) -> type:
@@ -344,7 +355,7 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
             raise SceneError(file, one_line(key), shown(mapping[key]), "a table of a scene", hint)
     tables = {name: _table(mapping, name, file, folder) for name in _TABLES if name != "contact"}
     drive = read_drive(tables["drive"], _elsewhere("drive"))
-    tables["rotor"].fastest = drive.fastest
+    tables["rotor"].fastest, tables["rotor"].duration = drive.fastest, drive.duration
     clearances = clearance_tables(mapping, file, folder)
     several = as_list(mapping.get("contact"))
     touching = [_table(mapping, "contact", file, folder)] if several is None else contact_tables(several, file, folder)
@@ -357,6 +368,7 @@ def _read_scene(mapping: Mapping[str, Any], file: str, folder: Path | None) -> S
         _refuse_coarse_time(tables["drive"], drive, contact, rotor)
     if drive.inertia is not None:
         _refuse_free_slip(tables["drive"], contacts)
+        _refuse_off(tables["rotor"], rotor)
     _refuse_other_speeds(tables["drive"], drive, rotor)
     return Scene(
         title=_read_title(mapping.get("title", ""), file),
@@ -474,6 +486,13 @@ def _refuse_free_slip(table: RawTable, contacts: tuple[Contact, ...]) -> None:
     """SceneError for a torque-limited drive with one-sided friction, which has no contact diameter."""
     if any(contact.diameter is None for contact in contacts):
         table.refuse("torque", None, "left out without contact.diameter", "friction brakes the drive at this diameter")
+
+
+def _refuse_off(table: RawTable, rotor: RotorModel) -> None:
+    """SceneError for bearings that are switched off while a torque drives the rotor."""
+    if isinstance(rotor, ReducedRotor) and rotor.off_times:
+        hint = "give drive.speed or drive.schedule instead of a torque"
+        table.refuse("bearings", None, "without off where a torque drives the rotor", hint)
 
 
 def _refuse_coarse_time(table: RawTable, drive: Drive, contact: Contact, rotor: RotorModel) -> None:

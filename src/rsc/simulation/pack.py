@@ -20,7 +20,7 @@ from rsc.kernel.contact import Surfaces
 from rsc.kernel.tableau import METHODS, table_of
 from rsc.simulation.driven import with_drive
 from rsc.simulation.flight import with_flight
-from rsc.simulation.following import additions, corners, lines_between, reference
+from rsc.simulation.following import additions, changes, corners, lines_between, of_bearings, reference
 from rsc.simulation.lines import longer, on_lines
 from rsc.simulation.races import with_races
 from rsc.simulation.shapes import times
@@ -149,7 +149,7 @@ def _packed(full, solver, sample_rate):
     rotor = _modes(system.rotor.mass, system.rotor.stiffness, system.contacts[0].rotor)
     stator = _modes(system.stator.mass, system.stator.stiffness, system.contacts[0].stator)
     share = np.ones(system.n_rotor + system.n_stator)
-    by_component = len(full.knot_speed) > 0 or any(body.directed for body in system.bodies)
+    by_component = changes(full) or any(body.directed for body in system.bodies)
     if by_component:
         share[system.n_rotor :] = stator.reference_mass / rotor.reference_mass
         stator = _with_mass(stator, rotor.reference_mass)
@@ -424,7 +424,7 @@ def _directed_columns(full, system, damping, rotor, stator):
     """Matrices of a model by component, including speed-dependent ones; system: the `reference` of the full one."""
     stiffness = _by_component(*_directed(system, "stiffness", rotor, stator))
     made = _same_all_round(damping) | {"stiffness_columns": stiffness}
-    if not len(full.knot_speed):
+    if not changes(full):
         return made
     following = _following(full, system, {"stiffness": stiffness, "damping": damping}, rotor)
     made |= {"stiffness_columns": (), "following_stiffness": following[0], "following_damping": following[1]}
@@ -432,20 +432,34 @@ def _directed_columns(full, system, damping, rotor, stator):
 
 
 def _following(full, system, columns, rotor):
-    """[stiffness, damping] matrices of speed-dependent coefficients (`Model`), with the constant ones included; damping () if it
-    is constant. system: the `reference` of the full one, columns: its matrices."""
+    """[stiffness, damping] matrices of coefficients that change (`Model`), with the constant ones included; damping () if it is
+    constant. system: the `reference` of the full one, columns: its matrices."""
     made, more = [], system.n_stator
     for kind in ("stiffness", "damping"):
-        linear, conjugate = additions(full, system.rotor, kind, rotor)
-        if kind == "damping" and not (linear.any() or conjugate.any()):
+        knots = _each_by_component(additions(full, system.rotor, kind, rotor), more) if len(full.knot_speed) else np.zeros(0)
+        bearings = _each_by_component(of_bearings(full, kind, rotor), more) if full.switched else np.zeros(0)
+        if kind == "damping" and not (knots.any() or bearings.any()):
             made.append(())
             continue
-        pads = ((0, 0), (0, more), (0, more))
-        values = np.array([_by_component(*parts) for parts in zip(np.pad(linear, pads), np.pad(conjugate, pads), strict=True)])
-        values += columns[kind] if len(columns[kind]) else 0.0
-        lines = lines_between(full.knot_speed, values)
+        constant = columns[kind] if len(columns[kind]) else 0.0
+        width = 2 * (system.n_rotor + more)
+        if len(knots):
+            lines = lines_between(full.knot_speed, knots + constant)
+        else:
+            lines = np.zeros((1, 2, width, width))
+            lines[0, 0] += constant
+        for part in bearings[::-1]:  # those that are switched off later are still there
+            earlier = lines[: len(full.knot_speed) + 1].copy()
+            earlier[:, 0] += part
+            lines = np.concatenate([earlier, lines])
         made.append(on_lines(lines.reshape(-1, lines.shape[-1])).reshape(lines.shape))
     return made
+
+
+def _each_by_component(parts, more):
+    """`_by_component` of pairs of matrices (k, N, N), with `more` coordinates of the stator."""
+    pads = ((0, 0), (0, more), (0, more))
+    return np.array([_by_component(*pair) for pair in zip(*(np.pad(part, pads) for part in parts), strict=True)])
 
 
 def _on_rotor(system, matrix, rotor):

@@ -11,7 +11,7 @@ from rsc.errors import SceneError
 from rsc.system import knots as knot_tables
 from rsc.system.body import Body
 from rsc.system.knots import FOLLOWING, Knots
-from rsc.system.system import ContactLaw, System, SystemClearance, SystemContact, SystemDrive
+from rsc.system.system import ContactLaw, SwitchedOff, System, SystemClearance, SystemContact, SystemDrive
 
 Reals = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -57,11 +57,23 @@ def assemble(scene: SceneLike) -> System:
         schedule_speed=_frozen(2.0 * np.pi * np.array(scene.drive.speed)),
         clearances=tuple(_clearance(place, scene.rotor, scene.stator) for place in getattr(scene, "clearances", ())),
         drive=None if getattr(scene.drive, "inertia", None) is None else _drive(scene.drive),
+        switched=_switched(scene.rotor),
     )
     if system.drive is None:
         return system
     _refuse_light(scene, system.drive.inertia, system.unbalance_inertia)
     return replace(system, drive=replace(system.drive, weight=_weight(scene.rotor, system.rotor.unbalance_euler)))
+
+
+def _switched(rotor: Any) -> tuple[SwitchedOff, ...]:
+    """The bearings of a reduced rotor that are switched off during a run."""
+    times = getattr(rotor, "off_times", None) or ()
+    made = []
+    for i, time in enumerate(times):
+        matrices = {name: getattr(rotor, f"{name}_until") for name in FOLLOWING}
+        own = {name: _symmetric(part[i]) for name, part in matrices.items() if part is not None}
+        made.append(SwitchedOff(time, {name: _frozen(part) for name, part in own.items() if part.any()}))
+    return tuple(made)
 
 
 def _drive(table: Any) -> SystemDrive:

@@ -6,9 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import rsc
 from browsers import chromium, needs_chromium
 from reports import short_report
 from rsc.show.page import write_page
+from shaft_scenes import text
 
 pytestmark = needs_chromium
 HOSTILE = '</title></script><script>document.title="taken"</script><img src="https://example.org/x" onerror="alert(1)">'
@@ -72,6 +74,26 @@ def test_the_cursor_moves_the_orbit_and_its_line_through_all_pictures(opened):
     last = tab.evaluate(state)
     assert first[0] != last[0] and first[1] == first[2] < last[1] == last[2]
     assert re.search(r"^3\d\.\d.*Hz.*agrees", first[3]) and re.search(r"^5\d\.\d.*Hz", last[3])
+
+
+def test_the_button_moves_the_mode_shapes_and_puts_them_back(browser, tmp_path):
+    report = rsc.check(rsc.Scene.from_toml(text()))
+    tab = browser.new_page(viewport={"width": 400, "height": 900})
+    told = []
+    tab.on("console", lambda message: told.append(message.text))
+    tab.goto(write_page(report, tmp_path / "shaft.html").as_uri())
+    tab.wait_for_selector("body[data-ready=yes]", timeout=30_000)
+    state = "['mode_1', 'mode_2'].map((name) => document.getElementById(name).data.map((trace) => trace.y.slice(0, 4)))"
+    still, axis = tab.evaluate(state), tab.evaluate("document.getElementById('machine').data[0].y.slice(0, 4)")
+    tab.click("#animate")
+    wait_until(tab, lambda: tab.evaluate(state) != still)
+    moved = tab.evaluate(state)
+    assert moved[0] != still[0] and moved[1] != still[1] and moved[0][0] == still[0][0]  # all of them, but not their axes
+    tab.click("#animate")
+    wait_until(tab, lambda: tab.evaluate(state) == still)
+    assert tab.evaluate("document.getElementById('machine').data[0].y.slice(0, 4)") == axis and told == []
+    assert tab.evaluate("document.documentElement.scrollWidth") <= 400
+    tab.close()
 
 
 def test_the_path_at_the_cursor_is_that_of_the_run(opened):

@@ -71,7 +71,7 @@ def test_every_picture_of_a_report_draws_what_page_and_files_have(report):
         except rsc.SceneError as error:
             assert "something to show" in str(error)
     assert seen > 8
-    with pytest.raises(rsc.SceneError, match="one of orbit, campbell"):
+    with pytest.raises(rsc.SceneError, match="one of orbit, machine"):
         report.plot("cambell")
 
 

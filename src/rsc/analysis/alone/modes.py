@@ -7,7 +7,7 @@ r_S: what the prediction calls the coupled system, H_R + H_S = 0, where there is
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import nan
 from math import tau as TWO_PI
 from typing import Any, overload
@@ -17,6 +17,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from rsc.analysis.alone.free_vibration import FreeVibration, vibrations_of
+from rsc.analysis.alone.mode_shapes import ModeShape, shape_of
 from rsc.analysis.paper.predict import SceneLike, refuse_speeds
 from rsc.arguments import LINE_OF_SPEEDS, SCENE, optional, takes
 from rsc.files.tables import Table
@@ -68,17 +69,29 @@ class Modes(Brief):
     """Modes at one rotor speed in Hz, the slowest first, by the size of lambda; those of the stator do not depend on it.
 
     rotor, stator, coupled : tuples of Mode; coupled: rotor and stator joined at every contact
+    shapes : tuple of ModeShape, one for each of `rotor` if the rotor was given by its stations (model "shaft"), else empty
     """
 
     speed: float
     rotor: tuple[Mode, ...]
     stator: tuple[Mode, ...]
     coupled: tuple[Mode, ...]
+    shapes: tuple[ModeShape, ...] = field(default=(), repr=False)
 
     @property
     def parts(self) -> dict[str, tuple[Mode, ...]]:
         """The modes by what vibrates."""
         return {"rotor": self.rotor, "stator": self.stator, "coupled": self.coupled}
+
+    def plot(self, mode: int = 0, ax: Any = None, **style: Any) -> Any:
+        """Draw the shape of one mode of the rotor: the bent shaft, and orbits of its nodes in the colour of their sense of whirl.
+
+        mode : its number in `rotor`; ax : matplotlib axes, by default those of a new figure; style : properties of lines of
+            matplotlib
+
+        Returns the axes; SceneError for a mode that has no shape, or a rotor that was not given by its stations.
+        """
+        return drawing().mode_shape(self, mode, ax, style)
 
     def table(self) -> Table:
         """A `rsc.files.tables.Table` with a row for each mode, for pandas (`to_dataframe`) and CSV (`to_csv`)."""
@@ -131,7 +144,8 @@ def modes(
     Parameters
     ----------
     scene : rsc.Scene
-        A reduced body counts as it was reduced: its modes are right within the band of its reduction.
+        A reduced body counts as it was reduced: its modes are right within the band of its reduction. Bearings that are switched
+        off during a run are there.
     speed : None, float or str, or a sequence of them, Hz
         Rotor speed, also with its unit: "3000 rpm"; None takes the first speed of the scene's drive.
 
@@ -146,34 +160,43 @@ def modes(
     """
     speeds = np.atleast_1d(np.asarray(scene.drive.speed[0] if speed is None else speed, dtype=float))
     refuse_speeds("modes", "speed", scene, speeds)
-    system = assemble(scene)
-    made = [modes_at(system, value) for value in speeds.tolist()]
+    system = assemble(scene).at_start
+    nodes, rows = (np.array(getattr(scene.rotor, name, None) or ()) for name in ("nodes", "node_rows"))
+    made = [modes_at(system, value, (nodes, rows) if nodes.size else None) for value in speeds.tolist()]
     if speed is None or np.ndim(speed) == 0:
         return made[0]
     return Campbell(made, critical_speeds(system, float(speeds.min()), float(speeds.max())) if speeds.size else [])
 
 
 @one_thread
-def modes_at(system: System, speed: float) -> Modes:
-    """The Modes of a System at a rotor speed in Hz."""
+def modes_at(system: System, speed: float, nodes: tuple[Any, Any] | None = None) -> Modes:
+    """The Modes of a System at a rotor speed in Hz; nodes: their positions in m and their rows (`shape_of`), for shapes."""
     system = system.at_speed(TWO_PI * speed)
     rotor, stator = system.bodies
     if len(system.contacts) > 1:
         rotor = replace(rotor, contact=np.array([contact.rotor for contact in system.contacts]))
         stator = replace(stator, contact=np.array([contact.stator for contact in system.contacts]))
-    return Modes(speed, *(tuple(modes_of(body, speed)) for body in (rotor, stator, joined_at_contacts(system))))
+    vibrating = _modes_with_vibrations(rotor, speed, nodes[1] if nodes else None)
+    held, coupled = (tuple(modes_of(body, speed)) for body in (stator, joined_at_contacts(system)))
+    shapes = tuple(shape_of(vibration, *nodes) for _, vibration in vibrating) if nodes else ()
+    return Modes(speed, tuple(mode for mode, _ in vibrating), held, coupled, shapes)
 
 
 def modes_of(body: Body, speed: float) -> list[Mode]:
     """The modes of one body at a rotor speed in Hz, by the size of lambda."""
+    return [mode for mode, _ in _modes_with_vibrations(body, speed)]
+
+
+def _modes_with_vibrations(body: Body, speed: float, rows: Any = None) -> list[tuple[Mode, FreeVibration]]:
+    """The modes of one body with their vibrations, by the size of lambda; rows: of its nodes, where the coordinates are none."""
     if not body.n_coordinates:
         return []
     damped, undamped = vibrations_of(body, speed), vibrations_of(_without_damping(body), speed)
     fastest = max(TWO_PI * abs(each.frequency) + abs(each.growth_rate) for each in damped)
     mobility = [float(row @ np.linalg.solve(body.mass, row)) for row in _rows(body)]
     spin = -1.0 if speed < 0.0 else 1.0
-    made = [_mode(body, each, undamped, (fastest, mobility, spin)) for each in damped]
-    return sorted(made, key=_place)
+    made = [(_mode(body, each, undamped, (fastest, mobility), _sense(body, each, spin, rows)), each) for each in damped]
+    return sorted(made, key=lambda one: _place(one[0]))
 
 
 def _place(mode: Mode) -> tuple[float, float]:
@@ -229,8 +252,10 @@ def _without_damping(body: Body) -> Body:
     return replace(body, damping=np.zeros_like(body.damping), **no_matrix)
 
 
-def _mode(body: Body, vibration: FreeVibration, undamped: list[FreeVibration], sizes: tuple[float, list[float], float]) -> Mode:
-    (fastest, mobilities, spin), frequency, growth = sizes, vibration.frequency, vibration.growth_rate
+def _mode(
+    body: Body, vibration: FreeVibration, undamped: list[FreeVibration], sizes: tuple[float, list[float]], sense: str
+) -> Mode:
+    (fastest, mobilities), frequency, growth = sizes, vibration.frequency, vibration.growth_rate
     size = abs(complex(growth, TWO_PI * frequency))
     seen = [np.hypot(abs(row @ vibration.shape), abs(row @ vibration.mirror_shape)) for row in _rows(body)]
     energy = 1.0 + float((vibration.mirror_shape.conj() @ body.mass @ vibration.mirror_shape).real)
@@ -242,7 +267,7 @@ def _mode(body: Body, vibration: FreeVibration, undamped: list[FreeVibration], s
     still = abs(growth) <= _UNDAMPED * fastest
     growth = 0.0 if still else growth
     remark = UNDAMPED if still else UNSTABLE if growth > 0.0 else ""
-    nearest, sense = _nearest(body, vibration, undamped), _sense(body, vibration, spin)
+    nearest = _nearest(body, vibration, undamped)
     return Mode(frequency, nearest, growth, -growth / abs(frequency), -growth / size, sense, share, remark)
 
 
@@ -259,13 +284,15 @@ def _nearest(body: Body, vibration: FreeVibration, undamped: list[FreeVibration]
     return max(alike, key=likeness).frequency
 
 
-def _sense(body: Body, vibration: FreeVibration, spin: float) -> str:
+def _sense(body: Body, vibration: FreeVibration, spin: float, rows: Any = None) -> str:
     """Which way the mode turns, with the rotor or against it: the larger circle of its ellipses, unless parts of the machine turn
-    against each other."""
-    own = np.abs(vibration.shape) ** 2, np.abs(vibration.mirror_shape) ** 2
-    weight = np.diag(body.mass) * (own[0] - own[1])  # kinetic energy of each coordinate, with the sign of its turning
+    against each other. These parts are the nodes, all with the same weight, or the coordinates."""
+    parts = [vibration.shape, vibration.mirror_shape] if rows is None else [rows @ vibration.shape, rows @ vibration.mirror_shape]
+    weights = np.diag(body.mass) if rows is None else np.ones(len(rows))
+    own = [np.abs(part) ** 2 for part in parts]
+    weight = weights * (own[0] - own[1])  # with the sign of the turning; of coordinates their kinetic energy
     with_it, against = weight[weight > 0.0].sum(), -weight[weight < 0.0].sum()
-    if with_it + against <= _STRAIGHT * float(np.diag(body.mass) @ (own[0] + own[1])):
+    if with_it + against <= _STRAIGHT * float(weights @ (own[0] + own[1])):
         return STRAIGHT
     if min(with_it, against) > _PART * (with_it + against):
         return MIXED

@@ -35,6 +35,12 @@ NOTICE = HERE / "plotly" / "NOTICE"
 # no address is ever asked for anything, whatever a scene's title holds
 POLICY = "default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
 
+SHAPES = (
+    '<p class="live"><button id="animate" type="button" aria-pressed="false">Animate the mode shapes</button></p>'
+    '<p class="soft">Mode shapes of the rotor without contact, in an oblique view: z up, y away from the reader. Blue nodes '
+    "whirl forward, red ones backward; each orbit begins at its node and ends before it. The size is arbitrary; the animation "
+    "omits growth and decay. Modes that the contact cannot excite are not shown.</p>"
+)
 # legend of an orbit
 BODIES = {
     "simulated": "Blue: rotor; vermilion: where it touches; green: stator; dashed: the gap around the stator",
@@ -109,6 +115,7 @@ def _body(report, title, figures, orbits):
         '<input type="range" id="cursor" min="0" max="1" value="0"><output id="readout" for="cursor"></output></section>'
         '<section class="live"><div class="grid2"><div id="orbit" role="img" aria-label="orbit of the rotor at the cursor"></div>'
         '<div id="spectrum" role="img" aria-label="spectrum at the cursor"></div></div></section>'
+        f"{_section('Machine', _machine(figures['Machine'], report.modes.shapes))}"
         f"<section><h2>Frequencies</h2>{figures['Frequencies']}</section>"
         f"<section><h2>Amplitude</h2>{figures['Amplitude']}</section>"
         f"<section><h2>Predicted whirls: where they begin, end and jump</h2>{sections.whirls(report)}</section>"
@@ -125,6 +132,11 @@ def _body(report, title, figures, orbits):
     )
 
 
+def _machine(figures, has_shapes):
+    """The drawing of the rotor and its mode shapes, which a button sets in motion."""
+    return figures + (SHAPES if has_shapes else "")
+
+
 def _section(title, content):
     """A section of the page; nothing where it has nothing to show."""
     return f"<section><h2>{title}</h2>{content}</section>" if content else ""
@@ -134,7 +146,7 @@ def _figures(drawn, section, report):
     """The figures of a section in their order, narrow ones side by side before the others."""
     own = {name: picture for name, picture in drawn.items() if PICTURES[name].section == section}
     words = {"word": report.word, "mean": length(largest_finite(np.abs(report.centre)))}
-    captions = {name: PICTURES[name].caption.format(**words) for name in own}
+    captions = {name: picture.get("caption") or PICTURES[name].caption.format(**words) for name, picture in own.items()}
     figures = [("width" in picture["layout"], _figure(name, picture, captions[name])) for name, picture in own.items()]
     narrow, wide = ("".join(figure for is_narrow, figure in figures if is_narrow == side) for side in (True, False))
     return (f'<div class="grid3">{narrow}</div>' if narrow else "") + wide

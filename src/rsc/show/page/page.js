@@ -50,7 +50,8 @@
   const draw = async (name, picture) => {
     const place = document.getElementById(name);
     const data = picture.data.map((trace) => (trace.type === "heatmap"
-      ? {...trace, colorscale: shades(), colorbar: {...trace.colorbar, len: 0.7, y: 0, yanchor: "bottom"}, showscale: !narrow()} : trace));
+      ? {...trace, colorscale: shades(), colorbar: {...trace.colorbar, len: 0.7, y: 0, yanchor: "bottom"}, showscale: !narrow()}
+      : {...trace}));  // plotly writes into what it gets
     await Plotly.newPlot(place, data, layoutOf(picture.layout), options);
     drawn[name] = picture;
     if (picture.layout.across) {
@@ -137,6 +138,31 @@
       const opacity = picture.data.map((trace) => (choose.value && trace.meta && trace.meta !== choose.value ? 0.12 : 1));
       Plotly.restyle(name, {opacity});
     }
+  });
+
+  // mode shapes: every point on its ellipse, from where it is, at rest and a quarter of a period later
+  const PERIOD = 2500;  // ms
+  const shapes = () => Object.entries(drawn).filter(([, picture]) => picture.data.some((trace) => trace.rest));
+  const turnTo = (phi) => {
+    const at = (trace, letter) => trace.rest[letter].map((middle, k) => middle + (trace[letter][k] - middle) * Math.cos(phi)
+      + (trace.quarter[letter][k] - middle) * Math.sin(phi));
+    for (const [name, {data}] of shapes()) {
+      const moving = data.map((trace, k) => k).filter((k) => data[k].rest);
+      Plotly.restyle(name, {x: moving.map((k) => at(data[k], "x")), y: moving.map((k) => at(data[k], "y"))}, moving);
+    }
+  };
+  const animate = document.getElementById("animate");
+  let begun = null;
+  const turn = (now) => {
+    if (begun === null) return;
+    turnTo(2 * Math.PI * ((now - begun) / PERIOD % 1));
+    requestAnimationFrame(turn);
+  };
+  if (animate) animate.addEventListener("click", () => {
+    begun = begun === null ? performance.now() : null;
+    animate.setAttribute("aria-pressed", String(begun !== null));
+    animate.textContent = begun === null ? "Animate the mode shapes" : "Stop the mode shapes";
+    if (begun === null) turnTo(0); else requestAnimationFrame(turn);
   });
 
   const start = async () => {

@@ -11,6 +11,11 @@ WIDTH = 720
 LEFT, RIGHT, TOP, BOTTOM = 62, 12, 14, 44
 DASHES = {"dash": "60 40", "dot": "20 30", "dashdot": "70 30 20 30"}  # tenths of a pixel
 LEGEND_ROW, LETTER = 17, 6.3
+# of a text from its point, in pixels
+SIDES = {
+    "top left": (-4, -4, ' text-anchor="end"'), "top right": (4, -4, ""), "bottom left": (-4, 12, ' text-anchor="end"'),
+    "bottom right": (4, 12, ""), "middle center": (0, 4, ' text-anchor="middle"'),
+}  # fmt: skip
 
 
 def svg(picture, label):
@@ -125,9 +130,10 @@ def _trace(trace, scale):
     if "markers" in trace["mode"]:
         parts.append(_dots(trace["marker"], x, y))
     if "text" in trace["mode"]:
-        step, anchor = (-4, ' text-anchor="end"') if "left" in trace["textposition"] else (4, "")
+        right, down, anchor = SIDES[trace["textposition"]]
         for px, py, text in zip(x, y, trace["text"], strict=True):
-            parts.append(f'<text x="{px + step:.1f}" y="{py - 4:.1f}"{anchor}>{escape(text)}</text>' if text else "")
+            place = f'x="{px + right:.1f}" y="{py + down:.1f}"{anchor}'
+            parts.append(f"<text {place}>{escape(text)}</text>" if text else "")
     return "".join(parts)
 
 
@@ -184,11 +190,11 @@ def _line(trace, x, y):
     edges = np.flatnonzero(np.diff(known.astype(int))) + 1
     pieces = [part for part in np.split(np.arange(len(x)), edges) if len(part) and known[part[0]]]
     words = "".join(_steps(_corners(_tenths(x[piece], y[piece]))) for piece in pieces)
-    if trace.get("fill"):
-        return _path(words, trace["fillcolor"])
-    line = trace["line"]
+    line, area = trace["line"], trace["fillcolor"] if trace.get("fill") else "none"
+    if not line.get("width", 1.5):
+        return _path(words, area)
     dash = f' stroke-dasharray="{DASHES[line["dash"]]}"' if line.get("dash", "solid") != "solid" else ""
-    return _path(words, "none", line["color"], line.get("width", 1.5), dash)
+    return _path(words, area, line["color"], line.get("width", 1.5), dash)
 
 
 def _bars(trace, scale):

@@ -1,12 +1,16 @@
 """The pictures of a report along its run: how each is described, and where page and files have it."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 from rsc.show.pictures import paths, pictures
+from rsc.show.pictures.drawing import drawing
+from rsc.show.pictures.shapes import SHAPES, oscillating, shape
 from rsc.show.pictures.traces import in_units
 
-SECTIONS = ("Frequencies", "Amplitude", "Force and friction", "Unbalance response", "Energy")  # of the page, that have pictures
+# sections of the page that have pictures
+SECTIONS = ("Machine", "Frequencies", "Amplitude", "Force and friction", "Unbalance response", "Energy")
 
 
 class Entry(NamedTuple):
@@ -24,7 +28,30 @@ class Entry(NamedTuple):
     compares: bool = False  # whether it is described with the reports of other runs as well
 
 
+def _machine(report, along):
+    return drawing(report.result.scene)
+
+
+def _shape(report, along, i):
+    """The shape of mode i of the rotor at the highest speed of the run; None where the rotor was not given by its stations."""
+    if not getattr(report.result.scene.rotor, "nodes", None):
+        return None
+    numbers = oscillating(report.modes)
+    return shape(report.modes, numbers[i]) if i < len(numbers) else None
+
+
 PICTURES = {
+    "machine": Entry(
+        _machine,
+        "The rotor by its stations, to scale along the axis and across it, each with a scale of its own. Bearings stand on the "
+        "ground; contacts and clearances are drawn at a distance that can be seen, their radial gaps stand beside them.",
+        "Machine",
+        "machine",
+    ),
+    **{
+        f"mode_{i + 1}": Entry(partial(_shape, i=i), "", "Machine", "mode_shapes", "mode shapes" if i == 0 else "")
+        for i in range(SHAPES)
+    },
     "campbell": Entry(
         pictures.campbell,
         "Campbell diagram. Shade: {word} amplitude without the mean of every window, which lies up to {mean} from the bearing "

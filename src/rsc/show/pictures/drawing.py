@@ -1,114 +1,138 @@
-"""The drawing of a shaft by its stations, and the shapes of its modes with the sense of whirl at every node."""
+"""The drawing of a rotor by its stations: sections, disks, bearings, contacts and clearances, with their names."""
 
-import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from rsc.show.pictures.traces import BLUE, GREEN, GREY, ORANGE, RED, axes, dots, line, named_once
+from rsc.scene.bodies.drawn import BEARING, CONTACT, CYLINDER, DISK, PLACE, SLEEVE, Drawn
+from rsc.show.pictures.traces import BLUE, GREEN, GREY, ORANGE, RED, axes, line, named_once
+from rsc.show.words.wording import length
 
-INK, MM = "#222222", 1e3
-SHAPES = 4  # modes whose shapes are shown
-_OVER = 1.35  # of the largest radius: the limits of the drawing
-_SHARE = 1e-3  # of the largest deflection: smaller ones have no sense
+MM = 1e3
+BODY, EDGE, ROW = 200, 14, 16  # pixels: height of the rotor, room above and below it, height of a row of names
+NARROW, LETTER = 270.0, 7.0  # pixels: width of a narrow picture, for which names are set in rows, and of a letter
+MARGIN = 0.06  # of the length, on both sides
+HALF = 0.012  # of the length: half of a bearing or of a piece of the stator
+HATCHES = 4
+PALE = "29"  # opacity of an area, as the last two digits of its colour
+STYLES = {SLEEVE: ("sleeve", GREY, "dash"), DISK: ("disk", BLUE, "solid"),
+          CYLINDER: ("disk, as the cylinder of its inertias", BLUE, "dash")}  # fmt: skip
 
 
 def drawing(scene: Any) -> dict[str, Any] | None:
-    """Description of the drawing of a rotor; None where it was not given by its stations, or its scene comes from a result.
+    """Description of the drawing of a rotor; None of one that was not given by its stations.
 
-    Sections with their bores, sleeves, disks, bearings below the axis, contacts and clearances at the surface, true to scale
-    along the axis and across it, each of its own.
+    True to scale along the axis and across it, each with a scale of its own. Bearings stand on the ground below the shaft. Pieces
+    of the stator at contacts and clearances are not to scale; their gaps stand beside them.
     """
-    shaft = shaft_of(scene)
-    if shaft is None:
+    parts: Sequence[Drawn] = getattr(scene.rotor, "drawn", None) or ()
+    if not parts:
         return None
-    data = []
-    for i, one in enumerate(shaft.placed):
-        sleeve = i >= len(shaft.sections)
-        ends = [one.start, one.end]
-        data += _mirrored(*_box(ends, one.section.outer), "sleeve" if sleeve else "shaft", GREY if sleeve else INK)
-        if any(one.section.inner) and not sleeve:
-            data += _mirrored(ends, [0.5 * d for d in one.section.inner], "bore", INK, "dot")
-    widest = max(0.5 * d for one in shaft.placed for d in one.section.outer)
-    for disk in shaft.disks:
-        radius, half = _size(disk, widest)
-        widest = max(widest, radius)
-        known = disk.diameter is not None
-        name, dash = ("disk", "solid") if known else ("disk, shape unknown", "dash")
-        data += _mirrored(*_box([disk.place - half, disk.place + half], (2.0 * radius, 2.0 * radius)), name, BLUE, dash)
-    held = [(one.place, -0.5 * shaft.diameter_at(one.place), one.name) for one in shaft.supports]
-    data += _marks(held, "bearing", GREEN, "triangle-up")
-    touched = [(contact.name or "contact", place) for contact, place in zip(scene.contacts, _touching(scene), strict=False)]
-    watched = [(one.name, shaft.places[one.rotor_node]) for one in scene.clearances if one.rotor_node in shaft.places]
-    for named, name, colour, symbol in ((touched, "contact", RED, "triangle-down"), (watched, "clearance", ORANGE, "diamond")):
-        data += _marks([(place, 0.5 * shaft.diameter_at(place), label) for label, place in named], name, colour, symbol)
-    x = {"title": "from the left end in mm", "range": [-0.05 * shaft.length * MM, 1.2 * shaft.length * MM]}  # room for names
-    y = {"title": "radius in mm", "range": [-_OVER * widest * MM, _OVER * widest * MM]}
-    return {"data": named_once(data), "layout": axes(x, y, 320)}
+    solid = [part for part in parts if part.kind not in (BEARING, CONTACT, PLACE)]
+    reach, widest = max(part.end for part in parts), 0.5 * max(max(part.left, part.right) for part in solid)
+    bearings = [part for part in parts if part.kind == BEARING]
+    gaps = _gaps(scene, parts)
+    above = [(part.name, 0.5 * (part.start + part.end), 0.5 * part.left) for part in solid if part.kind in (DISK, CYLINDER)]
+    above += [(f"{name} {length(gap)}", place, radius) for name, place, radius, gap, _ in gaps]
+    below = [(part.name or BEARING, part.start, 0.5 * part.left) for part in bearings]
+    upper, lower = (_rows([one for one in named if one[0]], reach) for named in (above, below))
+    pixel = 2.0 * widest / BODY  # in m
+    data = [trace for part in solid for trace in _solid(part)]
+    data += [trace for part in bearings for trace in _bearing(part, HALF * reach, pixel)]
+    for gap in gaps:
+        data += _stator(gap, HALF * reach, pixel)
+    rows = [1 + max((row for *_, row in named), default=-1) for named in (upper, lower)]
+    data += _names(upper, widest + EDGE * pixel, ROW * pixel, reach) + _names(lower, -widest - EDGE * pixel, -ROW * pixel, reach)
+    ends = [-widest - (1.5 * EDGE + ROW * rows[1]) * pixel, widest + (1.5 * EDGE + ROW * rows[0]) * pixel]
+    x = {"title": "from the left end in mm", "range": [-MARGIN * reach * MM, (1.0 + MARGIN) * reach * MM]}
+    y = {"title": "radius in mm", "range": [MM * end for end in ends]}
+    return {"data": named_once(data), "layout": axes(x, y, BODY + 3 * EDGE + ROW * sum(rows) + 58)}
 
 
-def shaft_of(scene: Any) -> Any:
-    """The shaft that a scene's rotor was made of; None of any other."""
-    models = [reduced.model for reduced in scene.reductions[:1]] if scene.rotor.model == "reduced" else []
-    return getattr(models[0], "shaft", None) if models else None
+def _gaps(scene: Any, parts: Sequence[Drawn]) -> list[tuple[str, float, float, float, str]]:
+    """(name, place, radius of the rotor, gap, kind), in m, of every contact and clearance along the shaft."""
+    touching = [part for part in parts if part.kind == CONTACT]
+    at = {part.name: part for part in parts if part.kind in (PLACE, CONTACT)}
+    gaps = []
+    for contact in scene.contacts:
+        part = touching[contact.rotor_coordinates[0]] if contact.rotor_coordinates[0] < len(touching) else None
+        if part is not None:
+            diameter = contact.diameter or part.left
+            gaps.append((contact.name or CONTACT, part.start, 0.5 * diameter, contact.gap, CONTACT))
+    watched = [one for one in scene.clearances if one.rotor_node in at]
+    named = [(one.name, at[one.rotor_node], one.gap) for one in watched]
+    return gaps + [(name, part.start, 0.5 * part.left, gap, "clearance") for name, part, gap in named]
 
 
-def shapes(model: Any, modes: Any) -> list[dict[str, Any]]:
-    """Descriptions of modes with their vectors (`rsc.machine.model.modes.slowest_shapes`): the deflection along the
-    axis when it is largest, blue where a node whirls forward and red where it whirls backward."""
-    kept = np.flatnonzero(model.kind == "displacement")
-    order = kept[np.argsort([model.position[node] for node in model.node[kept]])]
-    places = MM * np.array([model.position[node] for node in model.node[order]])
-    made = []
-    for mode, vector in modes:
-        own = vector[order]
-        other = vector[model.n + order] if len(vector) > model.n else 0.0 * own
-        size = np.abs(own) + np.abs(other)
-        lead = int(np.argmax(size))
-        reference = own[lead] if abs(own[lead]) >= abs(other[lead]) else other[lead]
-        sign = np.sign(((own + other) * np.conj(reference)).real)
-        bent = sign * size / size.max()
-        data = [line(places, bent, "deflection", GREY), line(places[[0, -1]], [0.0, 0.0], "axis", GREY, "dashdot", 1.0)]
-        forward, seen = np.abs(own) >= np.abs(other), size > _SHARE * size.max()
-        forward = forward if mode.frequency >= 0.0 or len(vector) > model.n else ~forward
-        for which, name, colour in ((forward, "forward", BLUE), (~forward, "backward", RED)):
-            if (which & seen).any():
-                data.append(dots(places[which & seen], bent[which & seen], name, colour, size=4))
-        y = {"title": f"{mode.frequency:.4g} Hz", "range": [-1.15, 1.15]}
-        made.append({"data": data, "layout": axes("from the left end in mm", y, 170)})
-    return made
+def _solid(part: Drawn) -> list[dict[str, Any]]:
+    """A section, sleeve or disk, cut along its axis."""
+    name, colour, dash = STYLES.get(part.kind, ("shaft", GREY, "solid"))
+    outer, inner = (part.left, part.right), (part.left_bore, part.right_bore)
+    if part.kind in STYLES or any(inner):
+        halves = [_closed(part, outer, inner, sign) for sign in (1.0, -1.0)]
+    else:
+        halves = [_closed(part, outer, (-outer[0], -outer[1]), 1.0)]
+    return [_area(x, y, name, colour, dash) for x, y in halves]
 
 
-def _box(ends: list[float], diameters: tuple[float, float]) -> tuple[list[float], list[float]]:
-    """The upper outline of a piece, from the axis and back to it."""
-    return [ends[0], ends[0], ends[1], ends[1]], [0.0, 0.5 * diameters[0], 0.5 * diameters[1], 0.0]
+def _closed(part: Drawn, outer: Sequence[float], inner: Sequence[float], sign: float) -> tuple[list[float], list[float]]:
+    """The outline between two pairs of diameters."""
+    x = [part.start, part.end, part.end, part.start, part.start]
+    return x, [0.5 * sign * value for value in (outer[0], outer[1], inner[1], inner[0], outer[0])]
 
 
-def _mirrored(x: list[float], y: list[float], name: str, colour: str, dash: str = "solid") -> list[dict[str, Any]]:
-    """A line above the axis and its mirror image."""
-    x, y = [MM * value for value in x], [MM * value for value in y]
-    return [line(x, y, name, colour, dash), line(x, [-value for value in y], name, colour, dash)]
+def _area(x: Any, y: Any, name: str, colour: str, dash: str = "solid") -> dict[str, Any]:
+    more = {"fill": "toself", "fillcolor": colour + PALE, "hoverinfo": "skip"}
+    return line(MM * np.array(x), MM * np.array(y), name, colour, dash, 1.3, **more)
 
 
-def _marks(stations: list[tuple[float, float, str]], name: str, colour: str, symbol: str) -> list[dict[str, Any]]:
-    """Symbols at (place, radius, label)."""
-    if not stations:
+def _bearing(part: Drawn, half: float, pixel: float) -> list[dict[str, Any]]:
+    """A triangle below the shaft that stands on the hatched ground."""
+    top, foot = -0.5 * part.left, -0.5 * part.left - EDGE * pixel
+    data = [_area([part.start, part.start + half, part.start - half, part.start], [top, foot, foot, top], BEARING, GREEN)]
+    x, y = [part.start - 1.4 * half, part.start + 1.4 * half], [foot, foot]
+    for i in range(HATCHES):
+        right = part.start + half * (2.8 * (i + 1) / HATCHES - 1.4)
+        x, y = [*x, np.nan, right, right - 0.5 * half], [*y, np.nan, foot, foot - 0.35 * EDGE * pixel]
+    return [*data, line(MM * np.array(x), MM * np.array(y), BEARING, GREEN, width=1.3, hoverinfo="skip")]
+
+
+def _stator(gap: tuple[str, float, float, float, str], half: float, pixel: float) -> list[dict[str, Any]]:
+    """Pieces of the stator above and below the shaft, at a distance that can be seen."""
+    _, place, radius, _, kind = gap
+    near, far = radius + 0.3 * EDGE * pixel, radius + 0.9 * EDGE * pixel
+    x = [place - half, place + half, place + half, place - half, place - half]
+    y, colour = np.array([near, near, far, far, near]), RED if kind == CONTACT else ORANGE
+    return [_area(x, sign * y, kind, colour) for sign in (1.0, -1.0)]
+
+
+Row = tuple[str, float, float, float, int]  # name, its middle, place and radius of what it names, number of its row
+
+
+def _rows(named: Sequence[tuple[str, float, float]], reach: float) -> list[Row]:
+    """Names in as few rows as let none of them overlap in a narrow picture."""
+    letter, ends = (1.0 + 2.0 * MARGIN) * reach * LETTER / NARROW, list[float]()
+    placed = []
+    for name, place, radius in sorted(named, key=lambda one: one[1]):
+        half = 0.5 * letter * (len(name) + 1)
+        middle = min(max(place, half - MARGIN * reach), max((1.0 + MARGIN) * reach - half, 0.5 * reach))
+        row = next((i for i, end in enumerate(ends) if end <= middle - half), len(ends))
+        ends[row : row + 1] = [middle + half]
+        placed.append((name, middle, place, radius, row))
+    return placed
+
+
+def _names(placed: Sequence[Row], base: float, step: float, reach: float) -> list[dict[str, Any]]:
+    """Names with thin lines to what they name, in rows from `base` outwards."""
+    if not placed:
         return []
-    places, radii, labels = zip(*stations, strict=True)
-    marks = dots([MM * x for x in places], [MM * r for r in radii], name, colour, size=11, symbol=symbol)
-    return [marks | {"mode": "markers+text", "text": list(labels), "textposition": "top right"}]
-
-
-def _size(disk: Any, widest: float) -> tuple[float, float]:
-    """Radius and half width of a disk, as they are known or guessed."""
-    gyration = math.sqrt(2.0 * disk.polar_inertia / disk.mass)  # radius of a solid cylinder of that inertia
-    radius = max(1.2 * widest, gyration) if disk.diameter is None else 0.5 * disk.diameter
-    return radius, 0.5 * (disk.width if disk.width is not None else 0.1 * radius)
-
-
-def _touching(scene: Any) -> list[float]:
-    """Places of the contacts in m, in their order."""
-    shaft, reduced = shaft_of(scene), scene.reductions[0]
-    rows = np.atleast_2d(reduced.full.contact)
-    nodes = [int(reduced.model.node[int(np.abs(row).argmax())]) for row in rows]
-    return [reduced.model.position[nodes[contact.rotor_coordinates[0]]] for contact in scene.contacts if shaft is not None]
+    heights = [base + (row + 0.5) * step for *_, row in placed]
+    x, y = list[float](), list[float]()
+    for (_, middle, place, radius, _), height in zip(placed, heights, strict=True):
+        foot = height - 0.45 * step
+        x, y = [*x, place, place, middle, np.nan], [*y, np.copysign(radius, step), base, foot, np.nan]
+    quiet: dict[str, Any] = {"showlegend": False, "hoverinfo": "skip"}
+    lines = line(MM * np.array(x), MM * np.array(y), "names", GREY, "dot", 0.8, **quiet)
+    texts = line([MM * one[1] for one in placed], [MM * height for height in heights], "names", GREY, **quiet)
+    return [lines, texts | {"mode": "text", "text": [one[0] for one in placed], "textposition": "middle center"}]

@@ -5,7 +5,6 @@ import math
 import numpy as np
 
 from rsc.errors import one_line
-from rsc.show.pictures import plots
 from rsc.show.pictures.traces import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, axes, dots, in_units, line, named_once
 from rsc.show.words.table import table
 from rsc.show.words.units import column
@@ -64,11 +63,6 @@ def criticals_text(criticals):
 def _speed(speed):
     """A rotor speed, and as rpm."""
     return frequency_text(speed, ".2f") + (f" ({60.0 * speed:.0f} rpm)" if column("Hz")[1] == "Hz" else "")
-
-
-def campbell_picture(modes, title):
-    """Figure of the rotor's slowest modes over the rotor speed: frequencies with the line at the rotor speed, and decrements."""
-    return plots.stacked(campbell(modes), one_line(title))
 
 
 def campbell(modes):

@@ -15,9 +15,12 @@ from rsc.measure.features import default_window, envelope, revolution_marks, wat
 from rsc.show.pictures import modes, paths, pictures
 from rsc.show.pictures.abscissa import Abscissa
 from rsc.show.pictures.album import PICTURES
+from rsc.show.pictures.critical_map import critical_speeds
+from rsc.show.pictures.drawing import drawing
 from rsc.show.pictures.maps import impacts
 from rsc.show.pictures.moments import moments
 from rsc.show.pictures.plots import draw
+from rsc.show.pictures.shapes import shape
 from rsc.show.pictures.traces import BLUE, GREEN, GREY, PURPLE, RED, SKY, axes, dots, in_units, line, thinned
 from rsc.show.words.units import largest_finite, unit_for
 from rsc.show.words.wording import frequency_text
@@ -174,6 +177,31 @@ def whirl_picture(speed: Any, frequency: Any, stable: Any) -> dict[str, Any]:
 def campbell(diagram: Any, ax: Axes | None, style: dict[str, Any]) -> Axes:
     """An `rsc.Campbell`: damped natural frequencies over the rotor speed."""
     return on_axes(modes.campbell(diagram)[0], ax, style)
+
+
+def machine(scene: Any, ax: Axes | None, style: dict[str, Any]) -> Axes:
+    """The rotor of a scene by its stations."""
+    picture = drawing(scene)
+    if picture is None:
+        raise SceneError("plot", "rotor", scene.rotor.model, "given by its stations, model \"shaft\", for a drawing")
+    return on_axes(picture, ax, style)
+
+
+def mode_shape(modes: Any, mode: int, ax: Axes | None, style: dict[str, Any]) -> Axes:
+    """The shape of a mode of the rotor of `rsc.Modes`."""
+    if not modes.shapes:
+        raise SceneError("plot", "mode", mode, "a mode of a rotor that was given by its stations, model \"shaft\"")
+    if not 0 <= mode < len(modes.shapes):
+        raise SceneError("plot", "mode", mode, f"a whole number from 0 to {len(modes.shapes) - 1}")
+    picture = shape(modes, mode)
+    ax = on_axes(picture, ax, style)
+    ax.set_title(picture["caption"], fontsize=9, wrap=True)
+    return ax
+
+
+def critical_map(made: Any, ax: Axes | None, style: dict[str, Any]) -> Axes:
+    """An `rsc.CriticalMap`: critical speeds over the stiffness of the bearings."""
+    return on_axes(critical_speeds(made), ax, style)
 
 
 def motions(listed: Any, ax: Axes | None) -> Axes:

@@ -41,6 +41,13 @@ SYMBOLS = {
     "circle": "o", "square": "s", "diamond": "D", "triangle-up": "^", "triangle-down": "v", "triangle-left": "<",
     "triangle-right": ">", "cross": "P", "x": "x",
 }  # fmt: skip
+SIDES: dict[str, dict[str, Any]] = {  # of a text from its point
+    "top left": {"xytext": (-4, 3), "ha": "right"},
+    "top right": {"xytext": (4, 3), "ha": "left"},
+    "bottom left": {"xytext": (-4, -3), "ha": "right", "va": "top"},
+    "bottom right": {"xytext": (4, -3), "ha": "left", "va": "top"},
+    "middle center": {"xytext": (0, 0), "ha": "center", "va": "center"},
+}
 NO_DATA = "#fff3b0"
 DRAWN = ("scatter", "heatmap", "bar")
 
@@ -128,7 +135,10 @@ def draw(axes: Axes, picture: Picture, style: dict[str, Any] | None = None) -> N
     for name, axis, most in (("x", axes.xaxis, 8), ("y", axes.yaxis, many)):
         own = layout[f"{name}axis"]
         axis.set_label_text(as_text(own["title"]))
-        axis.set_major_locator(MaxNLocator(5 if equal else most, steps=ROUND_STEPS))
+        if own.get("type") == "log":
+            axes.set(**{f"{name}scale": "log"})
+        else:
+            axis.set_major_locator(MaxNLocator(5 if equal else most, steps=ROUND_STEPS))
         if "tickvals" in own:
             axis.set_ticks(own["tickvals"], own["ticktext"], fontsize=8)
         low, high = axis.get_view_interval()
@@ -164,8 +174,7 @@ def _curve(axes: Axes, trace: dict[str, Any], zorder: float, style: dict[str, An
         size, colours = POINTS * marker["size"], {"markerfacecolor": marker["color"], "markeredgecolor": ring}
         own = {"marker": shape, "markersize": size, "label": label, "zorder": zorder} | colours
         axes.plot(x, y, **{**own, **style, "linestyle": "none"})
-    step, anchor = ((-4, 3), "right") if "left" in trace.get("textposition", "") else ((4, 3), "left")
-    side: dict[str, Any] = {"xytext": step, "textcoords": "offset points", "ha": anchor}
+    side: dict[str, Any] = {"textcoords": "offset points", **SIDES[trace.get("textposition", "top right")]}
     for i, text in enumerate(trace.get("text", ())):
         if text:
             axes.annotate(as_text(text), (x[i], y[i]), fontsize=9, path_effects=HALO, zorder=zorder + 5.0, **side)

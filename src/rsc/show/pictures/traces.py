@@ -59,7 +59,7 @@ def in_units(picture):
             layout[f"{letter}axis"]["range"] = [factor * value for value in axis["range"]]
         for trace in data:
             trace[letter] = [None if value is None else float(f"{factor * value:.{DIGITS + 1}g}") for value in trace[letter]]
-    return {"data": data, "layout": layout}
+    return picture | {"data": data, "layout": layout}
 
 
 def dots(x, y, name, colour, ring=None, size=6, symbol="circle"):

@@ -83,7 +83,7 @@ def motions(
     seed : int
         Of the impacts; the same seed gives the same list on any number of threads.
     smallest : bool
-        Look for the smallest impulse that starts each motion as well, in eight directions; at one contact only.
+        Look for the smallest impulse that starts each motion as well, in eight directions; several contacts are hit one by one.
     largest : float, N s, optional
         By default the contact point becomes ten times as fast as on the rotor's slowest free vibration with the gap as its
         amplitude.
@@ -101,11 +101,9 @@ def motions(
     SceneError
         A speed that no drive may have.
     SolverError
-        Numbers of starts or impacts that cannot be; `smallest` with several contacts.
+        Numbers of starts or impacts that cannot be.
     """
     refuse_starts(starts, seed, largest, threads)
-    if smallest and len(scene.contacts) > 1:
-        raise SolverError("smallest: of several contacts rsc.smallest_impulse (rsc impact) finds the smallest impulse at each")
     value = scene.drive.speed[0] if speed is None else float(speed)
     forward = scene.steady(value)
     search = Search(forward.mirrored() if value < 0.0 else forward, abs(value), largest, threads, note)
@@ -212,10 +210,11 @@ class Search:
         self.groups = groups = [group for group, _ in pairs]
         ended = [self._home(groups, end) for end in random]
         shares = [ended.count(i) / len(ended) if ended else math.nan for i in range(len(groups))]
-        smallest_impulses = self._smallest_impulses(groups) if smallest else [math.nan] * len(groups)
+        contacts = range(len(self.largest)) if smallest else ()
+        smallest_impulses = np.fmin.reduce([[math.nan] * len(groups), *(self._smallest_impulses(groups, j) for j in contacts)])
         lasting = [
             replace(motion, share=share, smallest_impulse=impulse)
-            for (_, motion), share, impulse in zip(pairs, shares, smallest_impulses, strict=True)
+            for (_, motion), share, impulse in zip(pairs, shares, smallest_impulses.tolist(), strict=True)
         ]
         known = {id(one) for one in [*(motion.predicted for motion in lasting), *self._leaving]}
         least, whirl = least_frictions(self.scene, self.speed) if n == 1 else (None, None)
@@ -297,10 +296,12 @@ class Search:
             waited += end.time
         return end
 
-    def _smallest_impulses(self, groups: list[list[End]]) -> list[float]:
-        """The smallest impulse found that starts each motion, N s; NaN for one that none starts, and for what needs none."""
-        turns, sizes = np.exp(2j * np.pi * np.arange(IMPULSE_DIRECTIONS) / IMPULSE_DIRECTIONS), self.largest[0] * IMPULSE_SIZES
-        ends = self.after((sizes[:, None] * turns).ravel())
+    def _smallest_impulses(self, groups: list[list[End]], place: int) -> list[float]:
+        """The smallest impulse found at a contact that starts each motion, N s; NaN for one that none starts, and for what needs
+        none."""
+        turns = np.exp(2j * np.pi * np.arange(IMPULSE_DIRECTIONS) / IMPULSE_DIRECTIONS)
+        sizes = self.largest[place] * IMPULSE_SIZES
+        ends = self.after((sizes[:, None] * turns).ravel(), [place] * (len(sizes) * len(turns)))
         smallest = []
         for group in groups:
             places = [k for k, end in enumerate(ends) if end.settled and same(group[0], end, self.settling.gaps)]
@@ -310,7 +311,7 @@ class Search:
             i, k = divmod(places[0], len(turns))
             low, high = sizes[i - 1] if i else 0.0, sizes[i]
             for _ in range(HALVINGS):
-                (end,) = self.after(np.array([0.5 * (low + high) * turns[k]])) or (None,)
+                (end,) = self.after(np.array([0.5 * (low + high) * turns[k]]), [place]) or (None,)
                 if end is None:
                     break
                 hit = end.settled and same(group[0], end, self.settling.gaps)

@@ -141,7 +141,7 @@ def compared(
     rolls = None if several else rolls_of(system, features)
     pairs = followed(features, whirl_branches, rolls)
     best = no_predictions(len(pairs)) if several else best_predictions(system, features, pairs)
-    alone = np.array([_alone(one, speed) for speed in fall.speed])
+    alone = np.array([_alone(one.at_time(time), speed) for speed, time in zip(fall.speed, fall.time, strict=True)])
     rub = np.full(len(alone), np.nan) if several else np.array([_rub_amplitude(system, speed) for speed in fall.speed])
     steady = Steady(alone, rub, moving_lines(one, features, alone), settling_rates(system, features))
     windows = compare(features, whirl_branches, steady, rolls, best, _load_deflection(one))

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from rsc.analysis.alone.at_rest import static_deflection
 from rsc.analysis.alone.limits import Acceptance
+from rsc.analysis.alone.modes import Modes, modes
 from rsc.errors import one_line
 from rsc.files.tables import Table, html
 from rsc.measure import envelopes, spectra
@@ -166,6 +168,11 @@ class Report(Brief):
         races = any(contact.race_inertia is not None for contact in self.result.scene.contacts)
         run = run_facts(self.features, self.fall.speed.tolist(), touched, force, self.border, races)
         return verdict_of(run, self.features, self.fall.speed.tolist(), self.motions)
+
+    @cached_property
+    def modes(self) -> Modes:
+        """Modes: those of the machine at the highest speed of the run."""
+        return modes(self.result.scene, max(self.result.scene.drive.speed, key=abs))
 
     @property
     def word(self) -> str:

@@ -90,6 +90,7 @@ def initial_states(scenes: Sequence[Scene], systems: Sequence[System]) -> list[I
 
 def _states_or_errors(scenes: Sequence[Scene], systems: Sequence[System]) -> list[InitialState | SceneError]:
     """`initial_state` of scenes with the same numbers of coordinates, with the same bits, or the error that it raises."""
+    systems = [system.at_start for system in systems]
     states = [_single_state(*parts) for parts in zip(scenes, systems, strict=True)]
     whirling = [i for i, state in enumerate(states) if state is None]
     starts = iter(_on_whirls([scenes[i] for i in whirling], [systems[i] for i in whirling]) if whirling else [])

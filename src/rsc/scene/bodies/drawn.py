@@ -1,0 +1,101 @@
+"""What a reduced rotor keeps of its shaft for pictures: the parts of its drawing, and the displacements of its nodes."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rsc.errors import one_line
+from rsc.scene.keys.keys import Choice, Number, RawTable, as_list
+
+SECTION, SLEEVE, DISK, CYLINDER, BEARING, CONTACT, PLACE = (
+    "section", "sleeve", "disk", "cylinder", "bearing", "contact", "place",
+)  # fmt: skip
+KINDS = (SECTION, SLEEVE, DISK, CYLINDER, BEARING, CONTACT, PLACE)
+MOST_NAME = 500  # characters
+_THIN = 0.1  # of its radius: least width of a disk that is drawn from its inertias
+_DIGITS = 6  # of the displacements of nodes
+
+
+class Drawn(NamedTuple):
+    """A part of the drawing, between two positions in m from the left end, with its diameters in m at both.
+
+    kind : "section", "sleeve", "disk", "cylinder" (a disk of unknown shape, as the solid cylinder of its mass and inertias),
+        "bearing", "contact" (in the order of the coordinates) or "place" (observed, such as that of a clearance)
+    """
+
+    kind: str
+    name: str
+    start: float
+    end: float
+    left: float
+    right: float
+    left_bore: float = 0.0
+    right_bore: float = 0.0
+
+
+@dataclass(frozen=True)
+class DrawnReader:
+    """A `Drawn` as [kind, name, start, end, left, right, left bore, right bore]."""
+
+    wanted = "[kind, name, start, end, left and right diameter, left and right bore] in m"
+
+    def read(self, table: RawTable, key: str, raw: Any) -> Drawn:
+        """The part."""
+        parts = as_list(raw)
+        if parts is None or len(parts) != len(Drawn._fields):
+            table.refuse(key, raw, self.wanted)
+        kind = Choice(KINDS).read(table, f"{key}[0]", parts[0])
+        if not isinstance(parts[1], str) or len(parts[1]) > MOST_NAME or parts[1] != one_line(parts[1]):
+            table.refuse(f"{key}[1]", parts[1], f"a text of at most {MOST_NAME} characters")
+        length = Number("length", low=0.0)
+        numbers = [length.read(table, f"{key}[{i}]", part) for i, part in enumerate(parts[2:], 2)]
+        if numbers[1] < numbers[0]:
+            table.refuse(key, raw, "a part that ends where it starts, or to the right of that")
+        return Drawn(kind, parts[1], *numbers)
+
+
+def drawn_content(model: Any, basis: Any, touching: Sequence[Any]) -> dict[str, Any]:
+    """Keys of the reduced body of a model that was made from a shaft: `drawn`, `nodes` and `node_rows`; none of another.
+
+    basis : (n, r), displacements = basis @ reduced ones; touching : names of the contact positions
+    """
+    if model.shaft is None:
+        return {}
+    rows = np.flatnonzero(model.kind == "displacement")
+    places = np.array([model.position[node] for node in model.node[rows]])
+    order = np.argsort(places)
+    seen = np.asarray(basis)[rows[order]]
+    return {
+        "drawn": [list(part) for part in _parts(model.shaft, touching)],
+        "nodes": places[order].tolist(),
+        "node_rows": [[float(f"{value:.{_DIGITS}g}") for value in row] for row in seen.tolist()],
+    }
+
+
+def _parts(shaft: Any, touching: Sequence[Any]) -> list[Drawn]:
+    sections = len(shaft.sections)
+    made = [
+        Drawn(SECTION if i < sections else SLEEVE, one.section.name, one.start, one.end, *one.section.outer, *one.section.inner)
+        for i, one in enumerate(shaft.placed)
+    ]
+    made += [_disk(disk, shaft) for disk in shaft.disks]
+    at = [(BEARING, one.name, one.place) for one in shaft.supports]
+    at += [(CONTACT, str(name), shaft.places[name]) for name in touching]
+    at += [(PLACE, name, place) for name, place in shaft.places.items() if name not in touching]
+    return made + [Drawn(kind, one_line(name), place, place, *(shaft.diameter_at(place),) * 2) for kind, name, place in at]
+
+
+def _disk(disk: Any, shaft: Any) -> Drawn:
+    """A disk as its shape is known, else as the solid cylinder that has its mass and moments of inertia."""
+    known = disk.diameter is not None and disk.width is not None
+    radius = np.sqrt(2.0 * disk.polar_inertia / disk.mass) if disk.diameter is None else 0.5 * disk.diameter
+    bare = replace(shaft, disks=()).diameter_at(disk.place)
+    width = np.sqrt(max(12.0 * (disk.diametral_inertia - 0.5 * disk.polar_inertia) / disk.mass, 0.0))
+    width = max(width, _THIN * radius) if disk.width is None else disk.width
+    outer = float(2.0 * radius)
+    return Drawn(
+        DISK if known else CYLINDER, disk.name, max(float(disk.place - 0.5 * width), 0.0), float(disk.place + 0.5 * width),
+        outer, outer, min(bare, outer), min(bare, outer),
+    )  # fmt: skip
