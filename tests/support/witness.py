@@ -10,6 +10,8 @@ class Witness:
     """The equations of motion in y + i z with all contacts, straight from the matrices; no code of the kernel. The state is
     [r, s, r', s', speeds of the races in rad/s], complex, of a contact without a race 0."""
 
+    rtol, atol = 1e-12, 1e-17
+
     def __init__(self, scene):
         self.system = system = assemble(scene)
         self.n = system.n_rotor
@@ -77,13 +79,13 @@ class Witness:
         events = [margin(i) for i in range(5 * m)]
         t, end, times, states = 0.0, result.time[-1], [0.0], [state]
         while t < end:
-            answer = solve_ivp(self, (t, end), state, "DOP853", rtol=1e-12, atol=1e-17, events=events, dense_output=True)
+            answer = solve_ivp(self, (t, end), state, "DOP853", rtol=self.rtol, atol=self.atol, events=events, dense_output=True)
             inside = result.time[(result.time > t) & (result.time <= answer.t[-1])]
             times += inside.tolist()
             states += list(answer.sol(inside).T) if len(inside) else []
             t, state = answer.t[-1], answer.y[:, -1]
             if t < end:  # a little further, past the event
-                step = solve_ivp(self, (t, min(t + 1e-9, end)), state, "DOP853", rtol=1e-12, atol=1e-17)
+                step = solve_ivp(self, (t, min(t + 1e-9, end)), state, "DOP853", rtol=self.rtol, atol=self.atol)
                 t, state = step.t[-1], step.y[:, -1]
         reached = np.array(states)[np.searchsorted(times, result.time)].view(complex)
         n, both = self.n, self.n + self.system.n_stator

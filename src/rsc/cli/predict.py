@@ -3,7 +3,7 @@
 import argparse
 import json
 import sys
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rsc.cli.common import FORCE, JSON, OK, Commands, RotorSpeeds, add_units, load
 from rsc.cli.progress import note, signs_of_life
@@ -31,11 +31,9 @@ def predict_command(options: argparse.Namespace) -> int:
     if options.speed and options.output is not None:
         problem = "draws the map over the speeds of the run and cannot be combined with --speed"
         raise SolverError(f"--output: {problem}")
-    if options.speed or len(scene.contacts) == 1:
-        return _at_speeds(scene, options, options.speed) if options.speed else _over_the_run(scene, options)
-    if options.output is not None:
-        raise SolverError("--output: the map over the speed is available for one contact only")
-    return _at_speeds(scene, options, list(dict.fromkeys(scene.drive.speed)))
+    if options.speed:
+        return _at_speeds(scene, options, options.speed)
+    return _over_the_run(scene, options) if len(scene.contacts) == 1 else _of_sets(scene, options)
 
 
 def _at_speeds(scene: "Scene", options: argparse.Namespace, speeds: list[float]) -> int:
@@ -62,22 +60,45 @@ def _at_speeds(scene: "Scene", options: argparse.Namespace, speeds: list[float])
     return OK
 
 
+def _of_sets(scene: "Scene", options: argparse.Namespace) -> int:
+    """The whirls of several contacts at the corners of the schedule, and the map of every pressed set over its speeds."""
+    from rsc.analysis.survey.survey import survey_of_sets
+    from rsc.study.prediction.predictions import turned_forward
+
+    _refuse_output(options)
+    ended = _at_speeds(scene, options, list(dict.fromkeys(scene.drive.speed)))
+    if options.output is not None:
+        with signs_of_life() as shown:
+            prediction = survey_of_sets(turned_forward(scene, scene.drive.speed)[0], shown)
+        _save_map(prediction, options)
+    return ended
+
+
 def _over_the_run(scene: "Scene", options: argparse.Namespace) -> int:
     from rsc.show.words.text import survey_plain, survey_text
     from rsc.study.prediction.predictions import surveyed, turned_forward
 
-    if options.output is not None:
-        from rsc.show.pictures.plots import picture_target
-
-        picture_target(options.output, options.force)
+    _refuse_output(options)
     scene, _ = turned_forward(scene, scene.drive.speed, note)
     with signs_of_life() as shown:
         prediction = surveyed(scene, shown)
     print(json.dumps(survey_plain(prediction)) if options.json else survey_text(prediction))
     if options.output is not None:
-        from rsc.show.pictures import plots
-        from rsc.show.pictures.branch_map import branch_map
-
-        plots.save(branch_map(prediction), options.output, options.force)
-        print(f"written: {options.output}", file=sys.stderr)
+        _save_map(prediction, options)
     return OK
+
+
+def _refuse_output(options: argparse.Namespace) -> None:
+    """DataError for a picture that cannot be written, before anything is computed."""
+    if options.output is not None:
+        from rsc.show.pictures.plots import picture_target
+
+        picture_target(options.output, options.force)
+
+
+def _save_map(prediction: Any, options: argparse.Namespace) -> None:
+    from rsc.show.pictures import plots
+    from rsc.show.pictures.branch_map import branch_map
+
+    plots.save(branch_map(prediction), options.output, options.force)
+    print(f"written: {options.output}", file=sys.stderr)

@@ -2,6 +2,9 @@
 
 Knots that the schedule passes become corners of it, so that every step lies between two knots. k knots have k + 1 intervals:
 before the first and after the last the coefficients are constant.
+
+So do the times at which bearings are switched off. With s such times there are (s + 1)(k + 1) intervals: those of the knots with
+all bearings, then those without the ones switched off first, and so on.
 """
 
 from dataclasses import replace
@@ -16,11 +19,21 @@ def reference(system):
     return replace(system, rotor=system.rotor.at_knots(system.schedule_speed[0])) if len(system.knot_speed) else system
 
 
+def changes(system):
+    """Whether coefficients change during a run, with the speed or because bearings are switched off."""
+    return len(system.knot_speed) > 0 or len(system.switched) > 0
+
+
 def corners(system):
-    """(times in s, speeds in rad/s, interval indices or () without knots) of a schedule, including the knots it passes."""
+    """(times in s, speeds in rad/s, interval indices or () with constant coefficients) of a schedule, including the knots it
+    passes and the times at which bearings are switched off."""
     time, speed, knots = system.schedule_time, system.schedule_speed, system.knot_speed
-    if not len(knots):
+    if not changes(system):
         return time, speed, ()
+    offs = np.array([one.time for one in system.switched])
+    if len(offs):
+        own = np.union1d(time, offs)
+        time, speed = own, np.interp(own, time, speed)
     if system.drive is not None:  # it may pass every speed up to its fastest
         time, speed = np.array([0.0, 1.0]), np.array([0.0, system.drive.fastest])
     places = [(time[0], speed[0])]
@@ -36,6 +49,7 @@ def corners(system):
     middle = 0.5 * (speed[1:] + speed[:-1])
     above, below = (np.searchsorted(knots, middle, side=side) for side in ("right", "left"))
     interval = np.where(middle < 0.0, below, above).astype(float)  # at a knot, the same in the mirror image
+    interval += (len(knots) + 1) * np.searchsorted(offs, time[:-1], side="right")
     return time, speed, np.append(interval, interval[-1])
 
 
@@ -45,6 +59,16 @@ def lines_between(knots, values):
     slope, none = np.diff(values, axis=0) / np.diff(at, axis=0), np.zeros_like(values[:1])
     from_both = 0.5 * ((values[:-1] - at[:-1] * slope) + (values[1:] - at[1:] * slope))  # the mirror image has the same bits
     return np.stack([np.concatenate([values[:1], from_both, values[-1:]]), np.concatenate([none, slope, none])], axis=1)
+
+
+def of_bearings(system, kind, rotor):
+    """The same as `additions` of the bearings that are switched off at each time, (s, N, N)."""
+    none = np.zeros_like(system.rotor.mass)
+    parts = [[one.parts.get(f"{word}{kind}", none) for word in ("", "skew_", "anisotropic_")] for one in system.switched]
+    mean, skew, anisotropic = (
+        rotor.shape.T @ np.array(matrices) @ rotor.shape / rotor.reference_mass for matrices in zip(*parts, strict=True)
+    )
+    return -mean - 1j * skew, -anisotropic
 
 
 def additions(system, base, kind, rotor):

@@ -25,6 +25,7 @@ from rsc.system.body import Body
 
 # of the scene to begin with: share of the rotor's mass in the stator, and its natural frequency over the rotor's
 STATOR_MASS, STATOR_FREQUENCY = 0.3, 1.5
+STIFFER = 100.0  # times the static stiffness of the rotor at the contact: that of the contact
 # of the rotor's mass on the bearings that the scene adds: Hz, and damping ratio
 BEARING_FREQUENCY, BEARING_DAMPING = 50.0, 0.1
 MODES, UNDAMPED, ALIKE = 4, 1e-9, 1e-6  # modes that are told; growth rate over frequency, and difference, that are rounding
@@ -62,7 +63,7 @@ friction = {friction}
 stiffness = {stiffness}
 damping_ratio = 0.05           # (guess)
 """
-_NO_DIAMETER = '# diameter = "50 mm"           # of the rotor at the contact; without it friction drives for ever\n'
+_DENSITY, _DIAMETER = 7850.0, 0.05  # kg/m^3 of steel, and m of a rotor whose length is unknown
 _STATOR = """\
 [stator]
 model = "machine"
@@ -232,7 +233,8 @@ def _names(gaps: Sequence[RadialGap]) -> list[str]:
 def _contacts(model: FiniteElementModel, body: Body, first: Any, gaps: Sequence[RadialGap]) -> str:
     """The table of the contact: of a gap, of each of several, or guessed."""
     static, guess = _compliance(body), "        # (guess)"
-    numbers = {"gap": f'"0.2 mm"{guess}', "friction": f"0.15{guess}", "stiffness": f"{100.0 / static:.4g}{guess} N/m"}
+    hard = f"{STIFFER:g} times the static stiffness of the rotor there"
+    numbers = {"gap": f'"0.2 mm"{guess}', "friction": f"0.15{guess}", "stiffness": f"{STIFFER / static:.4g}{guess} N/m: {hard}"}
     if not gaps:
         return _CONTACT.format(head="[contact]\n", diameter=_diameter(model, first, None), **numbers)
     tables = []
@@ -244,9 +246,16 @@ def _contacts(model: FiniteElementModel, body: Body, first: Any, gaps: Sequence[
 
 
 def _diameter(model: FiniteElementModel, node: Any, gap: RadialGap | None) -> str:
-    """The line of the diameter at a contact, of the gap or of the model."""
+    """The line of the diameter at a contact, of the gap or of the model, or guessed."""
     diameter = (2.0 * gap.radius if gap is not None else 0.0) or (model.diameter_at(node) if model.diameter else None)
-    return f"diameter = {diameter:.6g}\n" if diameter else _NO_DIAMETER
+    if diameter:
+        return f"diameter = {diameter:.6g}\n"
+    length = max(model.position.values(), default=0.0) - min(model.position.values(), default=0.0)
+    if length > 0.0:
+        size, source = float(np.sqrt(4.0 * total_mass(model) / (np.pi * _DENSITY * length))), "a steel bar of its mass and length"
+    else:
+        size, source = _DIAMETER, "the file has no lengths"
+    return f"diameter = {size:.3g}               # (guess) m, of the rotor at the contact: {source}\n"
 
 
 def _compliance(body: Body) -> float:
@@ -261,7 +270,7 @@ def guesses(model: FiniteElementModel, body: Body) -> dict[str, float]:
     return {
         "stator_mass": STATOR_MASS * mass,
         "stator_frequency": STATOR_FREQUENCY * frequency,
-        "contact_stiffness": 100.0 / static,
+        "contact_stiffness": STIFFER / static,
         "top": 60.0 * 2.0 * frequency,
     }
 

@@ -47,7 +47,7 @@ damping_ratio = 0.05
 at = {at}
 gap = "0.2 mm"                  # (guess)
 friction = 0.15                 # (guess)
-stiffness = {contact_stiffness:.4g}            # (guess) N/m
+stiffness = {contact_stiffness:.4g}            # (guess) N/m: 100 times the static stiffness of the rotor there
 damping_ratio = 0.05            # (guess)
 
 [drive]

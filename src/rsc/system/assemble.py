@@ -11,7 +11,7 @@ from rsc.errors import SceneError
 from rsc.system import knots as knot_tables
 from rsc.system.body import Body
 from rsc.system.knots import FOLLOWING, Knots
-from rsc.system.system import ContactLaw, System, SystemClearance, SystemContact, SystemDrive
+from rsc.system.system import ContactLaw, SwitchedOff, System, SystemClearance, SystemContact, SystemDrive
 
 Reals = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -57,11 +57,23 @@ def assemble(scene: SceneLike) -> System:
         schedule_speed=_frozen(2.0 * np.pi * np.array(scene.drive.speed)),
         clearances=tuple(_clearance(place, scene.rotor, scene.stator) for place in getattr(scene, "clearances", ())),
         drive=None if getattr(scene.drive, "inertia", None) is None else _drive(scene.drive),
+        switched=_switched(scene.rotor),
     )
     if system.drive is None:
         return system
     _refuse_light(scene, system.drive.inertia, system.unbalance_inertia)
     return replace(system, drive=replace(system.drive, weight=_weight(scene.rotor, system.rotor.unbalance_euler)))
+
+
+def _switched(rotor: Any) -> tuple[SwitchedOff, ...]:
+    """The bearings of a reduced rotor that are switched off during a run."""
+    times = getattr(rotor, "off_times", None) or ()
+    made = []
+    for i, time in enumerate(times):
+        matrices = {name: getattr(rotor, f"{name}_until") for name in FOLLOWING}
+        own = {name: _symmetric(part[i]) for name, part in matrices.items() if part is not None}
+        made.append(SwitchedOff(time, {name: _frozen(part) for name, part in own.items() if part.any()}))
+    return tuple(made)
 
 
 def _drive(table: Any) -> SystemDrive:
@@ -123,17 +135,26 @@ def _body(body: Any, contact: Reals | None, imposed: Callable[..., dict[str, Any
     mass, stiffness = _symmetric(body.mass_matrix()), _symmetric(body.stiffness_matrix())
     explicit, turning = body.gyroscopic_matrix(), body.rotating_damping_matrix()
     gyroscopic = np.zeros_like(mass) if explicit is None else _symmetric(explicit)
+    states = _states(body)
+    magnetic = states.get("state_stiffness", 0.0)
     arrays = {
         "mass": mass,
         "damping": _damping(body, mass, stiffness) + _supported(body, "damping", _mean),
-        "stiffness": stiffness + _supported(body, "stiffness", _mean),
+        "stiffness": stiffness + _supported(body, "stiffness", _mean) + magnetic,
         "contact": np.full(body.n_coordinates, np.nan) if contact is None else contact,
         "gyroscopic": gyroscopic,
         **_directed(body),
+        **states,
         **({} if turning is None else {"rotating_damping": _symmetric(turning)}),
         **(imposed(body, mass, gyroscopic) if imposed else {}),
     }
     return Body(**{name: _frozen(array) for name, array in arrays.items()}, knots=_knots(body))
+
+
+def _states(body: Any) -> dict[str, Any]:
+    """First-order states of a body, by field name of `Body`; empty without any."""
+    own = body.first_order()
+    return {} if own is None else {f"state_{name}": getattr(own, name) for name in own._fields}
 
 
 def _knots(body: Any) -> Knots | None:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from rsc.errors import SolverError
 from rsc.system import body as bodies
 from rsc.system.body import Body
+from rsc.system.knots import SKEW
 
 ROUNDING = 1e-9  # relative to the largest damping of a body: negative damping smaller than this is rounding
 
@@ -69,6 +70,27 @@ class SystemClearance:
 
 
 @dataclass(frozen=True, eq=False)
+class SwitchedOff:
+    """Bearings of the rotor that are switched off at a time in s: what their matrices add to those of the rotor until then."""
+
+    time: float
+    parts: dict[str, NDArray[Any]]  # by the name of the Body's matrix
+
+    def added_to(self, rotor: Body) -> Body:
+        """The rotor with these bearings."""
+        constant = {name: getattr(rotor, name) for name in self.parts}
+        sums: dict[str, Any] = {}
+        for name, part in self.parts.items():
+            sums[name] = part if constant[name] is None else constant[name] + part
+        return replace(rotor, **sums)
+
+    def mirrored(self) -> "SwitchedOff":
+        """The same in the mirror image z -> -z."""
+        parts = {name: -part if name in SKEW else np.conj(part) for name, part in self.parts.items()}
+        return SwitchedOff(self.time, parts)
+
+
+@dataclass(frozen=True, eq=False)
 class SystemDrive:
     """Torque-limited drive, J phi'' = T(phi') less the torques that brake the rotor (physics.md); T is linear between its knots,
     (k, 2) of phi' in rad/s and N m, and constant beyond."""
@@ -96,7 +118,8 @@ class System:
             = (unbalance phi'^2 - i unbalance_euler phi'') e^{i phi} + load - l_R F_C
         M_S r_S'' + B_S r_S' + K_S r_S = l_S F_C
 
-    All arrays are read-only float64 or complex128; a rigid stator has M = 0 coordinates.
+    All arrays are read-only float64 or complex128; a rigid stator has M = 0 coordinates. Bearings that are switched off during
+    the run are not part of the rotor: predictions are those for the machine without them.
     """
 
     rotor: Body  # N coordinates
@@ -106,6 +129,7 @@ class System:
     schedule_speed: NDArray[np.float64]  # (n,) rad/s at the corners, linear between them
     clearances: tuple[SystemClearance, ...] = ()
     drive: SystemDrive | None = None  # torque-limited: the speed is integrated and the schedule its constant start
+    switched: tuple[SwitchedOff, ...] = ()  # by time
 
     @property
     def contact(self) -> SystemContact:
@@ -143,6 +167,11 @@ class System:
         return self.stator.n_coordinates
 
     @property
+    def n_states(self) -> int:
+        """Number of first-order states of rotor and stator."""
+        return self.rotor.n_states + self.stator.n_states
+
+    @property
     def relative(self) -> NDArray[np.float64]:
         """(N + M,) [l_R, -l_S] of the only contact."""
         only_one(self.contacts)
@@ -171,10 +200,10 @@ class System:
 
     @property
     def driven(self) -> bool:
-        """Whether cross-coupling, rotating or negative damping can feed energy into a whirl besides friction."""
+        """Whether cross-coupling, rotating or negative damping, or a controller can feed energy into a whirl besides friction."""
         bodies = [self.at_speed(Omega).rotor for Omega in self.knot_speed] if len(self.knot_speed) else [self.rotor]
         rates = [np.linalg.eigvalsh(body.damping) for body in (*bodies, self.stator) if body.damping.size]
-        return self.skew or any(rate.min() < -ROUNDING * np.abs(rate).max() for rate in rates)
+        return self.skew or self.n_states > 0 or any(rate.min() < -ROUNDING * np.abs(rate).max() for rate in rates)
 
     @property
     def follows(self) -> bool:
@@ -185,6 +214,18 @@ class System:
     def knot_speed(self) -> NDArray[np.float64]:
         """(k,) rad/s, knots of the speed-dependent coefficients; empty if all are constant."""
         return np.zeros(0) if self.rotor.knots is None else self.rotor.knots.speed
+
+    def at_time(self, time: float) -> "System":
+        """The system with the bearings that are switched off later than a time in s, which then stay."""
+        rotor = self.rotor
+        for one in self.switched:
+            rotor = one.added_to(rotor) if one.time > time else rotor
+        return replace(self, rotor=rotor, switched=()) if self.switched else self
+
+    @property
+    def at_start(self) -> "System":
+        """The system as the run starts, with all bearings."""
+        return self.at_time(-np.inf)
 
     @property
     def turns(self) -> bool:
@@ -237,7 +278,8 @@ class System:
             replace(contact, ring=np.conj(contact.ring), offset=np.conj(contact.offset)) for contact in self.contacts
         )
         rotor, stator = (body.mirror() for body in self.bodies)
-        return System(rotor, stator, contacts, self.schedule_time, -self.schedule_speed, self.clearances)
+        switched = tuple(one.mirrored() for one in self.switched)
+        return System(rotor, stator, contacts, self.schedule_time, -self.schedule_speed, self.clearances, switched=switched)
 
     def at(self, i: ArrayLike) -> "System":
         """The systems at indices i (an array) of a stack; a single system is returned unchanged."""

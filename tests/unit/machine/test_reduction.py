@@ -5,6 +5,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+import scipy.linalg
 import scipy.optimize
 import scipy.sparse
 
@@ -228,13 +229,7 @@ def huge():
 
 
 REFUSED = {
-    "free": (lambda: two_masses(stiffness=1e4 * np.array([[1.0, -1.0], [-1.0, 1.0]])), "not positive definite"),
-    "free as sparse": (
-        lambda: as_sparse(two_masses(stiffness=1e4 * np.array([[1.0, -1.0], [-1.0, 1.0]]))),
-        "not positive definite",
-    ),
     "buckled": (lambda: two_masses(stiffness=np.array([[1e4, 2e4], [2e4, 1e4]])), "not positive definite"),
-    "no stiffness": (lambda: two_masses(stiffness=np.diag([1e4, 0.0])), "coordinate 1 has no stiffness"),
     "NaN": (lambda: two_masses(damping=np.full((2, 2), np.nan)), "damping has an entry that is not a finite number"),
     "NaN in an unbalance": (lambda: two_masses(unbalance=np.array([[np.nan], [0.0]])), "unbalance has an entry"),
     "asymmetric": (lambda: two_masses(mass=np.array([[1.0, 0.1], [0.0, 1.0]])), "mass is not symmetric"),
@@ -256,23 +251,11 @@ def test_bodies_are_refused_in_one_line(body, message):
     assert "\n" not in str(told.value) and MOST < 10_000_000
 
 
-def test_a_large_free_body_is_refused():
-    """The elimination of a sparse stiffness meets a pivot of nothing but rounding."""
-    n = FEW + 100
-    chain = scipy.sparse.diags_array([-1.0, 2.0, -1.0], offsets=[-1, 0, 1], shape=(n, n)).tolil()
-    chain[0, 0] = chain[n - 1, n - 1] = 1.0
-    body = Body(scipy.sparse.eye_array(n), 0.0 * chain.tocsc(), 1e5 * chain.tocsc(), np.eye(n)[3])
-    with pytest.raises(ReductionError, match="not positive definite"):
-        reduce(body, (-100.0, 100.0), (0.0, 50.0))
-    held = replace(body, stiffness=body.stiffness + scipy.sparse.diags_array(1e5 * np.eye(n)[0]), damping=0.1 * body.mass)
-    assert reduce(held, (-2.0, 2.0), (0.0, 1.0)).error <= 1e-4
-
-
 @pytest.mark.parametrize("sparse", [False, True])
 @pytest.mark.parametrize("seed", range(4))
-def test_a_shaft_without_bearings_is_refused(seed, sparse):
+def test_a_shaft_without_bearings_keeps_its_free_motions(seed, sparse):
     """Rounding leaves its two free motions a tiny stiffness, of either sign."""
-    rng, n = np.random.default_rng(seed), 80 if not sparse else FEW
+    rng, n = np.random.default_rng(seed), 80 if not sparse else FEW // 2 + 10
     stiffness, mass = np.zeros((2 * n, 2 * n)), np.zeros((2 * n, 2 * n))
     for i in range(n - 1):
         rows = slice(2 * i, 2 * i + 4)
@@ -281,9 +264,10 @@ def test_a_shaft_without_bearings_is_refused(seed, sparse):
     contact = np.eye(2 * n)[10]
     free, hinged = Body(mass, 10.0 * mass, stiffness, contact), stiffness.copy()
     hinged[0, 0] += 1e8
-    for body in (free, replace(free, stiffness=hinged)):
-        with pytest.raises(ReductionError, match="not positive definite"):
-            reduce(as_sparse(body) if sparse else body, (-100.0, 100.0), (0.0, 50.0))
+    for body, count in ((free, 2), (replace(free, stiffness=hinged), 1)):
+        result = reduce(as_sparse(body) if sparse else body, (-3000.0, 3000.0), (0.0, 50.0))
+        squares = scipy.linalg.eigvalsh(result.body.stiffness, result.body.mass)
+        assert np.count_nonzero(np.abs(squares) < 4.0) == count and result.error <= 1e-4
     hinged[-2, -2] += 1e3
     assert reduce(replace(free, stiffness=hinged), (-100.0, 100.0), (0.0, 50.0)).error <= 1e-4
 

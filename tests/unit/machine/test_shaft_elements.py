@@ -9,7 +9,6 @@ import pytest
 import scipy.linalg
 from scipy.optimize import brentq
 
-from rsc.errors import DataError
 from rsc.machine.imports.ross import read_ross
 from rsc.machine.model.modes import slowest_modes
 from rsc.machine.shaft.assembly import bare_model, model_of
@@ -249,7 +248,11 @@ def test_internal_damping_makes_a_fast_rotor_unstable():
     assert slow < 0.0 < fast
 
 
-@pytest.mark.parametrize("supports", [(), (bearing(0.5, 1e7),)])
-def test_a_shaft_that_nothing_holds_is_refused(supports):
-    with pytest.raises(DataError, match="bearings are missing"):
-        divided(Shaft((cylinder(1.0, 0.05),), supports=supports), 100.0, "free")
+@pytest.mark.parametrize(("places", "free"), [((), True), ((0.5,), True), ((0.1, 0.9), False)])
+def test_a_shaft_that_nothing_holds_is_divided_by_its_bending_modes(places, free):
+    supports = tuple(bearing(place, 1e7) for place in places)
+    made = divided(Shaft((cylinder(1.0, 0.05),), supports=supports, shear=False), 500.0, "free")
+    assert made.model.free == free and made.change <= CHANGE
+    if not places:  # a uniform beam with free ends
+        bending = 4.7300407**2 / (2.0 * np.pi) * np.sqrt(210e9 * 0.05**2 / 16.0 / 7850.0)
+        assert natural_frequencies(made.model, 500.0)[0] == pytest.approx(bending, rel=3e-3)  # rotary inertia

@@ -152,10 +152,10 @@ REFUSED = [
         {"disks": "[{at = 0.2, mass = 3, polar_inertia = 0.1, diametral_inertia = 0.04}]"},
         r"polar_inertia = 0\.1: must be at most twice",
     ),
-    ({"bearings": "[]"}, r"rotor\.bearings = .*: must be a list of tables"),
+    ({"bearings": "[]"}, r"rotor\.bearings = .*: must be bearings that support the rotor \(.*1 rigid-body"),
     (
-        {"bearings": "[{at = 0.1, stiffness = 1e7}]"},
-        r"rotor\.bearings = .*: must be bearings that support the shaft \(.*1 rigid-body",
+        {"bearings": "[{at = 0.33, stiffness = 1e7}]"},
+        r"rotor\.bearings = .*: must be bearings that support the rotor \(.*at too few places: 1 rigid-body",
     ),
     (
         {"bearings": "[{at = 0.1}, {at = 0.4, stiffness = 1e7}]"},

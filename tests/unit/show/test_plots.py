@@ -236,7 +236,8 @@ def test_save_refuses_in_one_line(tmp_path):
 
 def survey_of(branches=(), rubs=(), ratios=()):
     """A survey as far as its map reads it."""
-    scene = SimpleNamespace(title="map", contact=SimpleNamespace(gap=1e-3))
+    contact = SimpleNamespace(gap=1e-3)
+    scene = SimpleNamespace(title="map", contact=contact, contacts=(contact,))
     return SimpleNamespace(rolls={}, scene=scene, branches=branches, rubs=rubs, ratios=ratios)
 
 
@@ -245,7 +246,7 @@ def branch_of(label, frequency, amplitude, *events):
     ends = (Event(RANGE_END, 20.0, 0.0), Event(RANGE_END, 100.0, 0.0))
     stable, speed = np.array([True, True, False]), np.array([20.0, 60.0, 100.0])
     motion = {"frequency": frequency, "amplitude": amplitude, "stable": stable, "growth_rate": np.where(stable, -1.0, 1.0)}
-    motion["touches"] = ((),) * 3
+    motion |= {"touches": ((),) * 3, "pressed": ()}
     return SimpleNamespace(label=label, values=speed, begin=ends[0], end=ends[1], events=events, **motion)
 
 

@@ -11,10 +11,12 @@ import rsc
 from rsc.analysis.follow.least_friction import mu_min
 from rsc.analysis.paper.receptance import receptance
 from rsc.cli import main
+from rsc.scene.values import with_entries
 from rsc.show.words.sensitivities import sensitivity_text
 from rsc.study.prediction.sensitivity import QUANTITIES
 from rsc.system.assemble import assemble
 from scenes import LAVAL, SCENES
+from two_seals import pump
 
 SPEED = 55.0
 FIGURE = Path(__file__).parents[3] / "data" / "reference" / "gyroscopic_figure3_right.toml"
@@ -113,3 +115,29 @@ def test_the_command(tmp_path, capsys):
     assert len(change["frequency"]) == len(change["name"]) and whirls
     assert main(["predict", str(path), "--sensitivity"]) == 2
     assert "--sensitivity: requires rotor speeds" in capsys.readouterr().err
+
+
+def test_at_several_contacts_they_are_those_of_predictions_at_changed_values():
+    """Of every pressed set, by a step of another size; a whirl at one contact alone has those of the scene with one contact."""
+    scene = pump()
+    names = ["contact.seal.friction", "contact.bush.gap", "rotor.masses[1]", "rotor.damping_ratio"]
+    result = rsc.sensitivity(scene, 50.0, names)
+    whirls = [whirl for whirl in rsc.predict(scene, 50.0) if whirl.frequency < 0.0]
+    assert [pressed for pressed in result.pressed] == [whirl.pressed for whirl in whirls] and len(set(result.pressed)) == 3
+    assert result.good.all()
+    for i, name in enumerate(names):
+        value = result.value[i]
+        near = [rsc.predict(with_entries(scene, {name: value * (1.0 + step)}), 50.0) for step in (2e-4, -2e-4)]
+        for k, whirl in enumerate(whirls):
+            up, down = (min(one, key=lambda other: distance(other, whirl)) for one in near)
+            for quantity in ("frequency", "growth_rate"):
+                wanted = (getattr(up, quantity) - getattr(down, quantity)) / 4e-4
+                assert getattr(result, quantity)[i, k] == pytest.approx(wanted, rel=1e-3, abs=1e-3)
+            hardest = max(whirl.contacts, key=lambda at: whirl.contacts[at].normal_force)
+            wanted = (up.contacts[hardest].normal_force - down.contacts[hardest].normal_force) / 4e-4
+            assert result.normal_force[i, k] == pytest.approx(wanted, rel=1e-3, abs=1e-3)
+    assert "of seal and bush at 50 Hz" in sensitivity_text(result)
+
+
+def distance(one, other):
+    return abs(one.frequency - other.frequency) if one.pressed == other.pressed else np.inf

@@ -148,7 +148,7 @@ def acceptance_of(scene: Limited, system: System | None = None) -> Acceptance | 
     unbalance does not move the probe."""
     if scene.limits is None:
         return None
-    system = assemble(scene) if system is None else system
+    system = (assemble(scene) if system is None else system).at_start
     low, high, trip = scene.limits.speeds
     contacts = system.contacts if len(system.contacts) > 1 else (system.contact,)
     # the stator rests, since nothing touches it

@@ -8,7 +8,7 @@ r_S: what the prediction calls the coupled system, H_R + H_S = 0, where there is
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from math import nan
+from math import copysign, inf, nan
 from math import tau as TWO_PI
 from typing import Any, overload
 
@@ -144,7 +144,8 @@ def modes(
     Parameters
     ----------
     scene : rsc.Scene
-        A reduced body counts as it was reduced: its modes are right within the band of its reduction.
+        A reduced body counts as it was reduced: its modes are right within the band of its reduction. Bearings that are switched
+        off during a run are there.
     speed : None, float or str, or a sequence of them, Hz
         Rotor speed, also with its unit: "3000 rpm"; None takes the first speed of the scene's drive.
 
@@ -159,7 +160,7 @@ def modes(
     """
     speeds = np.atleast_1d(np.asarray(scene.drive.speed[0] if speed is None else speed, dtype=float))
     refuse_speeds("modes", "speed", scene, speeds)
-    system = assemble(scene)
+    system = assemble(scene).at_start
     nodes, rows = (np.array(getattr(scene.rotor, name, None) or ()) for name in ("nodes", "node_rows"))
     made = [modes_at(system, value, (nodes, rows) if nodes.size else None) for value in speeds.tolist()]
     if speed is None or np.ndim(speed) == 0:
@@ -216,6 +217,9 @@ def joined_at_contacts(system: System) -> Body:
     matrices = {name: basis.T @ getattr(body, name) @ basis for name in names}
     rows = [np.concatenate([contact.rotor, np.zeros(system.n_stator)]) @ basis for contact in own]
     symmetric = {name: 0.5 * (matrix + matrix.T) for name, matrix in matrices.items()}
+    if body.n_states:
+        sensed = {name: getattr(body, name) @ basis for name in ("state_displacement", "state_velocity")}
+        symmetric |= {"state_matrix": body.state_matrix, "state_force": basis.T @ body.state_force, **sensed}
     return Body(**symmetric, contact=rows[0] if len(rows) == 1 else np.array(rows))
 
 
@@ -247,6 +251,8 @@ def critical_speeds(system: System, low: float, high: float) -> list[float]:
 
 
 def _without_damping(body: Body) -> Body:
+    """The body without damping, cross-coupling and first-order states."""
+    body = body.without_states()
     no_matrix: dict[str, Any] = dict.fromkeys(("skew_damping", "anisotropic_damping", "skew_stiffness", "rotating_damping"))
     return replace(body, damping=np.zeros_like(body.damping), **no_matrix)
 
@@ -262,7 +268,7 @@ def _mode(
     if size <= _FREE * fastest:
         return Mode(0.0, 0.0, 0.0, nan, nan, NONE, share, FREE)
     if abs(frequency) * TWO_PI <= _FREE * fastest:
-        return Mode(0.0, nan, growth, vibration.decrement, -growth / size, NONE, share, UNSTABLE if growth > 0.0 else STILL)
+        return Mode(0.0, nan, growth, copysign(inf, -growth), -growth / size, NONE, share, UNSTABLE if growth > 0.0 else STILL)
     still = abs(growth) <= _UNDAMPED * fastest
     growth = 0.0 if still else growth
     remark = UNDAMPED if still else UNSTABLE if growth > 0.0 else ""

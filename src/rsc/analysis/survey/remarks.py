@@ -41,6 +41,9 @@ def body_remarks(system, whirls):
     n_free, remarks = free_motions(system.at_first_speed), direction_remarks(system.at_first_speed)
     if n_free:
         remarks.append(f"free motions of the rotor (singular stiffness): {n_free}; without contact nothing brings it back")
+    if system.switched:
+        times = ", ".join(f"{one.time:g} s" for one in system.switched)
+        remarks.append(f"bearings are switched off at {times}: predictions are those for the machine without them")
     remarks += _undamped(system.at_first_speed) + (_free_instability(system, whirls) or negative_damping(system))
     return remarks + _threshold_remark(system) + knot_remarks(system)
 
@@ -79,18 +82,20 @@ def directions_differ(body, row):
 
 
 def set_remarks(system):
-    """Remark on what is not shown of whirls at several contacts of a System; a list of str."""
+    """Remarks on what is not predicted, or not shown, of whirls at several contacts of a System; a list of str."""
     n = len(system.contacts)
+    remarks = ["forward rubs, whirls that roll and delayed jumps are predicted for one contact only (rsc motions simulates them)"]
     if n <= COMPLETE:
-        return []
+        return remarks
     most = f"; sets of more than {MOST} are not looked at" if n > MOST else ""
-    return [f"whirls at {COMPLETE + 1} contacts or more are what Newton's method found; that none is missing is not shown{most}"]
+    shown = f"whirls at {COMPLETE + 1} contacts or more are what Newton's method found; that none is missing is not shown{most}"
+    return [*remarks, shown]
 
 
 def _undamped(system):
     """Remark on bodies without any damping."""
-    bodies = [("rotor", system.rotor.damping)] + ([("stator", system.stator.damping)] if system.n_stator else [])
-    names = " and ".join(name for name, damping in bodies if not damping.any())
+    bodies = [("rotor", system.rotor)] + ([("stator", system.stator)] if system.n_stator else [])
+    names = " and ".join(name for name, body in bodies if not (body.damping.any() or body.n_states))
     if not names:
         return []
     has, its = ("have", "their") if " and " in names else ("has", "its")
@@ -101,7 +106,8 @@ def _free_instability(system, whirls):
     """Remark on a rotor that its supports drive without contact: at the corners of the schedule, at the knots of its coefficients
     in between, and at the speeds of whirls."""
     knots, schedule = system.knot_speed, system.schedule_speed
-    if system.isotropic and not system.skew and not len(knots):  # damping and gyroscopics alone let every vibration die away
+    feeds = system.skew or len(knots) or system.rotor.n_states
+    if system.isotropic and not feeds:  # damping and gyroscopics alone let every vibration die away
         return []
     passed = knots[(knots > schedule.min()) & (knots < schedule.max())] if len(knots) else knots
     speeds = [whirl.speed for whirl in whirls]

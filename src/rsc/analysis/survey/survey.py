@@ -5,7 +5,7 @@ from math import tau as TWO_PI
 
 import numpy as np
 
-from rsc.analysis.follow.branches import SPEEDS, branches
+from rsc.analysis.follow.branches import SPEEDS, branches, set_branches
 from rsc.analysis.follow.delayed_jump import delayed_jump
 from rsc.analysis.follow.force_ratio import ratio_places
 from rsc.analysis.follow.forward_rub import attractors, rub_ranges
@@ -51,9 +51,7 @@ def survey(scene, note=silent):
     """Predict a scene over the speeds of its run; returns a Survey. note: as for `branches`."""
     system = assemble(scene)
     first, last = scene.drive.speed[0], scene.drive.speed[-1]
-    low, high = min(scene.drive.speed), max(scene.drive.speed)
-    refuse_backwards("survey", low)
-    speeds = np.array([low]) if low == high else np.linspace(low, high, SPEEDS)
+    speeds = _speeds(scene)
     whirl_branches = branches(system, speeds if last >= first else speeds[::-1], note)
     rubs = rub_ranges(system, speeds) if len(speeds) > 1 else []
     remarks = scene_remarks(system, [w for b in whirl_branches for w in b.whirls]) + branch_remarks(system, whirl_branches)
@@ -69,6 +67,22 @@ def survey(scene, note=silent):
         rolls={speed: rolling_whirls(system, TWO_PI * speed) for speed in speeds[:: -(-len(speeds) // MOST_ROLLS)].tolist()},
         loads={b.label: whirl_loads(system, b.whirls[0]) for b in whirl_branches} if system.drive else {},
     )
+
+
+def survey_of_sets(scene, note=silent):
+    """The whirls of every pressed set of several contacts over the speeds of a scene's run; returns a Survey without what is
+    computed for one contact only: forward rubs, whirls that roll, ratios of forces and delayed jumps."""
+    speeds = _speeds(scene)
+    way = speeds if scene.drive.speed[-1] >= scene.drive.speed[0] else speeds[::-1]
+    made = set_branches(assemble(scene), way, 0, note)
+    return Survey(scene, speeds, made, ratios=[], rubs=[], attractors={}, delays={}, remarks=[])
+
+
+def _speeds(scene):
+    """Speeds over those of a run in Hz, rising; one for a constant speed."""
+    low, high = min(scene.drive.speed), max(scene.drive.speed)
+    refuse_backwards("survey", low)
+    return np.array([low]) if low == high else np.linspace(low, high, SPEEDS)
 
 
 def delays_of(scene, system, whirl_branches):

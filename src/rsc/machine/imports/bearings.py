@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse
+from numpy.typing import NDArray
 
-from rsc.machine.checks.rank import held
+from rsc.machine.checks.rank import held, lowest_motions
 from rsc.machine.model.model import FiniteElementModel
 
 _MISSING = "bearings are missing"
@@ -26,8 +27,8 @@ class Bearing:
     damping: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
 
-def with_bearings(model: FiniteElementModel, bearings: Sequence[Bearing]) -> FiniteElementModel:
-    """The model with bearings added.
+def with_bearings(model: FiniteElementModel, bearings: Sequence[Bearing], required: bool = True) -> FiniteElementModel:
+    """The model with bearings added; required: whether they must hold it.
 
     With u = x + i y their force is -(mean + i skew) u - anisotropic conj(u) with
 
@@ -56,7 +57,18 @@ def with_bearings(model: FiniteElementModel, bearings: Sequence[Bearing]) -> Fin
     if not bearings and not model.free:
         return model
     model = replace(model, **fields)
+    if not required and lowest_motions(model.mass, model.stiffness, model.source, model.rounding).free:
+        return replace(model, free=True)
     for speed in () if model.knots is None else model.knots.speed[1:]:  # the first knot is the model itself
         held(model.mass, model.at_speed(speed / (2.0 * np.pi)).stiffness, model.source, _MISSING, model.rounding)
     held(model.mass, model.stiffness, model.source, _MISSING, model.rounding)
     return replace(model, free=False)
+
+
+def refuse_loose(model: FiniteElementModel, rows: Sequence[NDArray[np.float64]]) -> None:
+    """DataError for a free model with motions that its contacts, (n,) rows, do not catch."""
+    stiffness = model.stiffness
+    for row in rows:
+        place = scipy.sparse.csc_array(row[:, None]) if model.is_sparse else row[:, None]
+        stiffness = stiffness + float(stiffness.diagonal().max()) * (place @ place.T)
+    held(model.mass, stiffness, model.source, f"{_MISSING}, and the contacts catch the rotor at too few places", model.rounding)

@@ -15,6 +15,8 @@ MOST_KNOTS = 100
 _SAME = 1e-9  # relative to the largest entry: smaller changes of a matrix count as constant
 _CONSTANT = {"mass": "mass", "gyroscopic": "gyroscopic", "anisotropic_mass": "mass", "rotating_damping": "rotating damping"}
 
+_ADDED = "; of a seal's added mass keep one value, and give its change m at the whirl frequency w as a stiffness -m w^2"
+
 
 def over_speed(models: Sequence[FiniteElementModel]) -> FiniteElementModel:
     """The first model with knots: coefficients equal those of the models at their speeds and are linear in between.
@@ -36,7 +38,8 @@ def over_speed(models: Sequence[FiniteElementModel]) -> FiniteElementModel:
             raise DataError(source, f"its coordinates differ from those of {model.source}")
         for name, word in _CONSTANT.items():
             if not _same(getattr(first, name), getattr(model, name)):
-                raise DataError(source, f"the {word} differs at {model.speed:g} Hz: it must not depend on the rotor speed")
+                problem = f"the {word} differs at {model.speed:g} Hz: it must not depend on the rotor speed"
+                raise DataError(source, f"{problem}{_ADDED if name == 'mass' else ''}")
     parts = {}
     for name in FOLLOWING:
         matrices = [getattr(model, name) for model in models]

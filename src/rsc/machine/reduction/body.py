@@ -189,7 +189,7 @@ def static_solver(body: Body) -> Callable[[NDArray[Any]], NDArray[Any]]:
     """
     diagonal = np.asarray(body.stiffness.diagonal())
     if (diagonal <= 0.0).any():
-        raise ReductionError(f"coordinate {int(np.argmin(diagonal))} has no stiffness: {_ADVICE}")
+        raise ReductionError(f"coordinate {int(np.argmin(diagonal))} has no stiffness: {ADVICE}")
     scale = 1.0 / np.sqrt(diagonal)
     if scipy.sparse.issparse(body.stiffness):
         try:
@@ -207,7 +207,7 @@ def static_solver(body: Body) -> Callable[[NDArray[Any]], NDArray[Any]]:
     return lambda columns: scale[:, None] * scipy.linalg.cho_solve((triangle, True), scale[:, None] * columns)
 
 
-_ADVICE = "a body with rigid-body motions, or one that buckles, cannot be reduced; add its bearings or foundation"
+ADVICE = "a body that buckles, or one without its bearings or foundation, cannot be reduced"
 
 
 def _hold(pivots: FloatArray) -> None:
@@ -216,7 +216,7 @@ def _hold(pivots: FloatArray) -> None:
 
 
 def _free() -> ReductionError:
-    return ReductionError(f"the stiffness is not positive definite: {_ADVICE}")
+    return ReductionError(f"the stiffness is not positive definite: {ADVICE}")
 
 
 def _scaled(matrix: Any, scale: FloatArray) -> Any:
@@ -298,11 +298,14 @@ def product(matrix: Matrix, columns: NDArray[Any]) -> NDArray[Any]:
     return matrix.astype(np.longdouble) @ columns.astype(np.clongdouble if np.iscomplexobj(columns) else np.longdouble)
 
 
-def highest_frequency(body: Body) -> float:
-    """Highest undamped natural frequency at standstill, rad/s; infinite if a coordinate has no mass."""
+def highest_frequency(body: Body, shift: float = 0.0) -> float:
+    """Highest undamped natural frequency at standstill, rad/s; infinite if a coordinate has no mass. shift: (rad/s)^2, such that
+    K + shift M is positive definite."""
     if not scipy.sparse.issparse(body.mass):
-        slowness = scipy.linalg.eigvalsh(body.mass, body.stiffness).min()
-        return float(1.0 / np.sqrt(slowness)) if slowness > 0.0 else float("inf")
+        slowness = scipy.linalg.eigvalsh(body.mass, body.stiffness + shift * body.mass if shift else body.stiffness).min()
+        if not slowness > 0.0:
+            return float("inf")
+        return float(np.sqrt(1.0 / slowness - shift)) if shift else float(1.0 / np.sqrt(slowness))
     diagonal = body.mass.diagonal()
     if (diagonal <= 0.0).any():
         return float("inf")

@@ -136,9 +136,9 @@ def responses(body: Body, unequal: Unequal, place: FrequencyPoint, moved: float 
         return responses(body, unequal, place, OFF_THE_POLE)
 
 
-def antiresonances(body: Body, unequal: Unequal, reach: float, Omega: float) -> FloatArray:
-    """Frequencies up to `reach` at which the contact of a small body hardly moves in one of the lines, rad/s."""
-    grid = np.linspace(0.0, reach, N_FINE)
+def antiresonances(body: Body, unequal: Unequal, ends: tuple[float, float], Omega: float) -> FloatArray:
+    """Frequencies between two at which the contact of a small body hardly moves in one of the lines, rad/s."""
+    grid = np.linspace(*ends, N_FINE)
     forces = list(range(2 * n_contacts(body)))
     moved = np.kron(np.eye(2), body.contact) @ responses(body, unequal, FrequencyPoint(grid, Omega, forces))
     size = np.abs(moved).max(axis=1)
@@ -166,6 +166,7 @@ class _Comparison:
     def __init__(self, body: Body, unequal: Unequal, basis: Basis) -> None:
         self.body, self.unequal = body, unequal
         self.safety, self.exact, self.scale, self.contacts = basis.safety, basis.exact, basis.scale, basis.contacts
+        self.shift = basis.shift
 
     def places(self, basis: Basis, band: tuple[float, float], speeds: tuple[float, float], offset: float) -> list[FrequencyPoint]:
         """Places in the band, its mirror image and at the speeds: equally spaced, and at extrema of the reduced body's
@@ -175,15 +176,17 @@ class _Comparison:
         small = basis.reduced, self.unequal.projected(basis.vectors)
         for Omega in compared_speeds(self.body, speeds, max(N_SPEEDS // fewer, 2), offset):
             natural = natural_frequencies(*small, Omega) * (1.0 + BESIDE * (1.0 + offset))
-            narrow = antiresonances(*small, reach, Omega) if self.exact else np.zeros(0)
+            narrow = antiresonances(*small, (self.shift.least, reach), Omega) if self.exact else np.zeros(0)
             Psi = np.concatenate([between((0.0, reach), N_FREQUENCIES // fewer, offset), natural[natural < reach], narrow])
+            Psi = self.shift.off_zero(Psi)
             places += [FrequencyPoint(float(one), float(Omega), list(range(forces))) for one in Psi]
         last = forces + self.body.unbalance.shape[1]
         if last > forces:
-            synchronous = between(speeds, N_SYNCHRONOUS // fewer, offset).tolist()
+            synchronous = self.shift.off_zero(between(speeds, N_SYNCHRONOUS // fewer, offset)).tolist()
             places += [FrequencyPoint(Omega, Omega, list(range(forces, last))) for Omega in synchronous]
         loaded = compared_speeds(self.body, speeds, 2, offset).tolist() if self.body.knots is not None else [speeds[0]]
-        return places + [FrequencyPoint(0.0, Omega, [last]) for Omega in loaded if self.body.load.any()]
+        loading = float(np.sqrt(self.shift.square))
+        return places + [FrequencyPoint(loading, Omega, [last]) for Omega in loaded if self.body.load.any()]
 
     def closer(
         self, known: Known, shares: FloatArray, band: tuple[float, float], speeds: tuple[float, float]
@@ -195,6 +198,7 @@ class _Comparison:
             synchronous, reach = columns[0] >= 2 * self.contacts, max(map(abs, band))
             low, high, count = (*speeds, N_SYNCHRONOUS) if synchronous else (0.0, reach, N_FREQUENCIES)
             around = np.clip(Psi + (high - low) / (count - 1) * np.concatenate([-steps, steps]), low, high)
+            around = self.shift.off_zero(around)
             places += [FrequencyPoint(one, one if synchronous else Omega, columns) for one in around.tolist() if Psi != 0.0]
         return places
 
@@ -238,7 +242,12 @@ class _Comparison:
 
 @one_thread
 def reduce_unequal(
-    body: Body, unequal: Unequal, band: tuple[float, float], speeds: tuple[float, float], tolerance: float = 1e-4
+    body: Body,
+    unequal: Unequal,
+    band: tuple[float, float],
+    speeds: tuple[float, float],
+    tolerance: float = 1e-4,
+    begin: FloatArray | None = None,
 ) -> Reduced:
     """Reduce an anisotropic body.
 
@@ -248,7 +257,7 @@ def reduce_unequal(
         The isotropic mean.
     unequal : Unequal
         The anisotropic matrices, in its coordinates.
-    band, speeds, tolerance
+    band, speeds, tolerance, begin
         As for `reduce`. The tolerance holds for the mean, and for the anisotropic body: for both lines of the contact receptance
         at frequencies of the band and their mirror images, unbalance responses and static deflection.
 
@@ -265,8 +274,9 @@ def reduce_unequal(
     body = checked(body)
     if not scipy.sparse.issparse(body.mass):
         unequal = unequal.dense()
-    result = reduce(body, band, speeds, tolerance)
-    basis = _basis(body, result.basis)
+    result = reduce(body, band, speeds, tolerance, begin)
+    reach = max(map(abs, band))
+    basis = _basis(body, result.basis, reach)
     comparison = _Comparison(body, unequal, basis)
     known = comparison.solved(comparison.places(basis, band, speeds, 0.0))
     for offset in OFFSETS:
@@ -274,7 +284,7 @@ def reduce_unequal(
         comparison.grow(basis, known, tolerance)
         if basis.reduced.n_coordinates > before:
             result = reduce(body, band, speeds, tolerance, basis.vectors)
-            basis = _basis(body, result.basis)
+            basis = _basis(body, result.basis, reach)
         fresh = comparison.solved(comparison.places(basis, band, speeds, offset))
         around = comparison.closer(fresh, comparison.shares(comparison.errors(basis, fresh), tolerance), band, speeds)
         fresh += comparison.solved(around)
@@ -286,8 +296,8 @@ def reduce_unequal(
     raise unmet(tolerance, basis.reduced.n_coordinates, tolerance * float(comparison.shares(errors, tolerance).max()))
 
 
-def _basis(body: Body, vectors: NDArray[np.float64]) -> Basis:
-    basis = Basis(body)
+def _basis(body: Body, vectors: NDArray[np.float64], reach: float) -> Basis:
+    basis = Basis(body, reach)
     for vector in vectors.T:
         basis.add(vector)
     return basis

@@ -19,10 +19,10 @@ from rsc.machine.reduction.body import (
     product,
     projected,
     solutions,
-    static_solver,
     terms_of,
 )
 from rsc.machine.reduction.points import Points, Scale
+from rsc.machine.reduction.shift import shift_of, shifted_solver, slow_motions
 from rsc.system.body import Body
 
 # a direction whose remainder after orthogonalisation is below this fraction is in the basis up to rounding
@@ -37,6 +37,7 @@ class Basis:
 
     Attributes
     ----------
+    shift : Shift of the stiffness, for a body that is hardly held; "stiffness" means the shifted one in what follows
     scale : Scale of the errors
     vectors : (n, r) basis, orthonormal with respect to the stiffness
     reduced : Body of r coordinates
@@ -46,8 +47,9 @@ class Basis:
     margin : factor on estimates: the largest ratio of true error to estimate in the last check, at least 1
     """
 
-    def __init__(self, body: Body) -> None:
-        self.body, self.static = body, static_solver(body)
+    def __init__(self, body: Body, reach: float = 0.0) -> None:
+        self.body, self.shift = body, shift_of(body, reach)
+        self.static = shifted_solver(body, self.shift)
         self.exact, self.margin = body.n_coordinates <= FEW, 1.0
         self.safety = SAFETY if self.exact else SAFETY_ESTIMATED
         self._inputs = self.static(body.inputs)
@@ -59,8 +61,12 @@ class Basis:
         self._gram: ComplexArray | None = None
         self.reduced = body
         self.contacts = n_contacts(body)
+        for motion in slow_motions(body, self.static, self.shift).T if self.shift.square else ():
+            self.add(motion)
         for contact in range(self.contacts):
             self.add(self._inputs[:, contact])
+        if self.shift.square and body.load.any():
+            self.add(self._inputs[:, -1])
 
     def add(self, *states: ComplexArray) -> bool:
         """Add to the basis the direction, among real and imaginary parts of solutions, that it lacks most (in energy).
@@ -84,10 +90,16 @@ class Basis:
         return True
 
     def _energies(self, columns: FloatArray) -> FloatArray:
-        return columns.T @ product(self.body.stiffness, columns).astype(float)
+        forces = product(self.body.stiffness, columns).astype(float)
+        if self.shift.square:
+            forces += self.shift.square * product(self.body.mass, columns).astype(float)
+        return columns.T @ forces
 
     def _orthogonal(self, columns: FloatArray) -> FloatArray:
-        return columns - self.vectors @ (self._images["stiffness"].T @ columns)
+        forces = self._images["stiffness"]
+        if self.shift.square:
+            forces = forces + self.shift.square * self._images["mass"]
+        return columns - self.vectors @ (forces.T @ columns)
 
     def _append(self, vector: FloatArray) -> None:
         self.vectors = np.column_stack([self.vectors, vector])
@@ -95,7 +107,8 @@ class Basis:
             image = product(matrix, vector).astype(float)
             self._images[name] = np.column_stack([self._images[name], image])
             if not self.exact:
-                deflection = vector if name == "stiffness" else self.static(image[:, None])[:, 0]
+                held = name == "stiffness" and not self.shift.square
+                deflection = vector if held else self.static(image[:, None])[:, 0]
                 self._deflections[name] = np.column_stack([self._deflections[name], deflection])
         self.reduced, self._gram = projected(self.body, self.vectors, self._images), None
 

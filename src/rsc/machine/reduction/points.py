@@ -1,11 +1,12 @@
 """Points of frequency, speed and input at which full and reduced body are compared, and the scale of the errors."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
 
 from rsc.machine.reduction.body import ComplexArray, FloatArray, n_contacts, solutions
+from rsc.machine.reduction.shift import HELD, Shift
 from rsc.system.body import Body
 
 # smallest response to which an error is related, relative to that of a single-degree-of-freedom body (see `Scale`)
@@ -44,12 +45,15 @@ class Points:
         return Points(**arrays, states=self.states | shifted, n_contacts=self.n_contacts)
 
 
-def points(body: Body, reduced: Body, band: tuple[float, float], speeds: tuple[float, float], offset: float) -> Points:
+def points(
+    body: Body, reduced: Body, band: tuple[float, float], speeds: tuple[float, float], offset: float, shift: Shift = HELD
+) -> Points:
     """Points in the band and at the speeds; an offset between 0 and 1 shifts them between those of offset 0.
 
     The receptance is sampled at equal spacing, next to undamped natural frequencies, and at peaks and antiresonances of the
     reduced body; for a body with equal forward and backward whirl on one side only. Unbalance responses are sampled likewise
-    along the speeds. The load is one point. With several contacts each has its own receptance, with a force there.
+    along the speeds. The load is one point. With several contacts each has its own receptance, with a force there. With a shift
+    no frequency is below its lowest one, and the load is one that oscillates with the frequency of the shift.
     """
     resonant = body if isinstance(body.mass, np.ndarray) else reduced
     Omegas, beside = compared_speeds(body, speeds, N_SPEEDS, offset), 1.0 + BESIDE * (1.0 + offset)
@@ -59,27 +63,29 @@ def points(body: Body, reduced: Body, band: tuple[float, float], speeds: tuple[f
     rows: list[tuple[FloatArray, FloatArray, int]] = []  # Psi, Omega and column
     c = n_contacts(body)
     for Omega in Omegas:
-        natural = natural_frequencies(resonant, Omega) * beside
+        natural = natural_frequencies(resonant, Omega, shift) * beside
         natural = natural[(natural > low) & (natural < high)]
         for contact in range(c):
-            turns = extrema(reduced, (low, high), contact, contact, Omega)
-            Psi = np.concatenate([between((low, high), N_FREQUENCIES, offset), natural, turns])
+            turns = extrema(reduced, (low, high), contact, contact, Omega, shift)
+            Psi = shift.off_zero(np.concatenate([between((low, high), N_FREQUENCIES, offset), natural, turns]))
             rows.append((Psi, np.full(Psi.shape, Omega), contact))
     for column in c + np.flatnonzero(body.unbalance.any(axis=0)):
-        critical = critical_speeds(resonant) * beside
+        critical = critical_speeds(resonant, shift) * beside
         critical = critical[(critical > speeds[0]) & (critical < speeds[1])]
-        turns = np.concatenate([extrema(reduced, speeds, int(column), contact, None) for contact in range(c)])
-        Psi = np.concatenate([between(speeds, N_SYNCHRONOUS, offset), critical, turns])
+        turns = np.concatenate([extrema(reduced, speeds, int(column), contact, None, shift) for contact in range(c)])
+        Psi = shift.off_zero(np.concatenate([between(speeds, N_SYNCHRONOUS, offset), critical, turns]))
         rows.append((Psi, Psi, int(column)))
     if body.load.any():
         held = Omegas[:1] if body.knots is None else Omegas
-        rows.append((np.zeros(held.shape), held, c + body.unbalance.shape[1]))
+        rows.append((np.full(held.shape, np.sqrt(shift.square)), held, c + body.unbalance.shape[1]))
     frequencies, rotor_speeds = (np.concatenate([row[i] for row in rows]) for i in (0, 1))
     columns = np.concatenate([np.full(row[0].shape, row[2]) for row in rows])
     return Points(frequencies, rotor_speeds, columns, np.full((len(columns), len(body.outputs)), np.nan + 0j), {}, c)
 
 
-def extrema(reduced: Body, ends: tuple[float, float], column: int, contact: int, Omega: float | None) -> FloatArray:
+def extrema(
+    reduced: Body, ends: tuple[float, float], column: int, contact: int, Omega: float | None, shift: Shift = HELD
+) -> FloatArray:
     """Frequencies of local extrema of a contact's response to an input, at a speed or (None) synchronous; rad/s."""
     low, high = ends
     row = reduced.outputs[contact]
@@ -87,7 +93,7 @@ def extrema(reduced: Body, ends: tuple[float, float], column: int, contact: int,
         return np.zeros(0)
 
     def size(Psi: FloatArray) -> FloatArray:
-        flat = Psi.ravel()
+        flat = shift.off_zero(Psi.ravel())
         columns = np.repeat(reduced.inputs[:, column : column + 1], flat.size, axis=1)
         x = solutions(reduced, flat, flat if Omega is None else np.full(flat.shape, Omega), columns)
         return np.abs(x @ row).reshape(Psi.shape)
@@ -104,7 +110,9 @@ def extrema(reduced: Body, ends: tuple[float, float], column: int, contact: int,
     return places * (1.0 + 1e-6)  # not exactly at the peak of an undamped body
 
 
-def closer(around: Points, errors: FloatArray, band: tuple[float, float], speeds: tuple[float, float]) -> Points:
+def closer(
+    around: Points, errors: FloatArray, band: tuple[float, float], speeds: tuple[float, float], shift: Shift = HELD
+) -> Points:
     """Points increasingly close to the worst ones, since errors have narrow peaks near resonances and antiresonances.
 
     errors : (p,) at the points `around`.
@@ -116,7 +124,7 @@ def closer(around: Points, errors: FloatArray, band: tuple[float, float], speeds
     contact = (around.column[worst] < around.n_contacts)[:, None]
     width = np.where(contact, (band[1] - band[0]) / (N_FREQUENCIES - 1), (speeds[1] - speeds[0]) / (N_SYNCHRONOUS - 1))
     low, high = np.where(contact, band[0], speeds[0]), np.where(contact, band[1], speeds[1])
-    Psi = np.clip(around.Psi[worst, None] + width * steps, low, high)
+    Psi = shift.off_zero(np.clip(around.Psi[worst, None] + width * steps, low, high))
     Omega = np.where(contact, around.Omega[worst, None], Psi)
     column = np.broadcast_to(around.column[worst, None], Psi.shape).ravel()
     exact = np.full((column.size, around.exact.shape[1]), np.nan + 0j)
@@ -143,10 +151,13 @@ def compared_speeds(body: Body, speeds: tuple[float, float], count: int, offset:
     return grid if not offset else grid[:-1] + offset * np.diff(grid)
 
 
-def natural_frequencies(body: Body, Omega: float) -> FloatArray:
-    """Signed undamped natural frequencies at a speed, rad/s; empty for a sparse body."""
+def natural_frequencies(body: Body, Omega: float, shift: Shift = HELD) -> FloatArray:
+    """Signed undamped natural frequencies at a speed, rad/s; empty for a sparse body. With a shift those above its lowest one."""
     if not isinstance(body.mass, np.ndarray):
         return np.zeros(0)
+    if shift.square:
+        frequencies = _hardly_held(body.at_knots(Omega), Omega, shift)
+        return np.sort(frequencies[np.abs(frequencies) > shift.least])
     mass, gyroscopic = _by_stiffness(body.at_knots(Omega))
     if gyroscopic is None:
         slow = np.sqrt(np.maximum(scipy.linalg.eigvalsh(mass), 0.0))
@@ -159,13 +170,34 @@ def natural_frequencies(body: Body, Omega: float) -> FloatArray:
     return np.sort(1.0 / slow)
 
 
-def critical_speeds(body: Body) -> FloatArray:
+def _hardly_held(body: Body, Omega: float, shift: Shift) -> FloatArray:
+    """Natural frequencies of a body that is hardly held, from (1 - w^2 m - Psi^2 m + Psi Omega g) z = 0 in coordinates where the
+    stiffness shifted by w^2 is one."""
+    mass, gyroscopic = _by_stiffness(replace(body, stiffness=shift.stiffness(body)))
+    one = np.eye(len(mass))
+    turning = 0.0 * mass if gyroscopic is None else Omega * gyroscopic
+    first, second = scipy.linalg.block_diag(one, one), scipy.linalg.block_diag(one, mass)
+    first[: len(one)], first[len(one) :] = np.hstack([0.0 * one, one]), np.hstack([one - shift.square * mass, turning])
+    return _real(scipy.linalg.eigvals(first, second))
+
+
+def _real(values: ComplexArray) -> FloatArray:
+    """The finite eigenvalues that are real up to rounding."""
+    values = values[np.isfinite(values)]
+    return np.asarray(values.real[np.abs(values.imag) <= 1e-6 * np.abs(values.real)])
+
+
+def critical_speeds(body: Body, shift: Shift = HELD) -> FloatArray:
     """Undamped critical speeds, at which a natural frequency equals the speed, rad/s; empty for a sparse body. With
     speed-dependent coefficients, those for the coefficients of each knot."""
     if not isinstance(body.mass, np.ndarray):
         return np.zeros(0)
     if body.knots is not None:
-        return np.unique(np.concatenate([critical_speeds(body.at_knots(Omega)) for Omega in body.knots.speed]))
+        return np.unique(np.concatenate([critical_speeds(body.at_knots(Omega), shift) for Omega in body.knots.speed]))
+    if shift.square:
+        turning = 0.0 if body.gyroscopic is None else body.gyroscopic
+        squares = _real(scipy.linalg.eigvals(body.stiffness, body.mass - turning))
+        return np.sort(np.sqrt(squares[squares > shift.least**2]))
     mass, gyroscopic = _by_stiffness(body)
     slow = scipy.linalg.eigvalsh(mass if gyroscopic is None else mass - gyroscopic)
     return np.sort(1.0 / np.sqrt(slow[slow > 1e-18 * slow.max(initial=0.0)]))

@@ -62,7 +62,7 @@ class Reduced:
     highest_before: float  # rad/s, undamped natural frequency at standstill
     highest_after: float
     error: float  # largest of the checks at the contact
-    model: FiniteElementModel | None = None  # for a scene: the full machine with its bearings
+    model: FiniteElementModel | None = None  # for a scene: the full machine with all its bearings
 
     def recover(self, displacements: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Displacements, or velocities, (..., r) of the reduced body -> (..., n) of the full one."""
@@ -108,16 +108,16 @@ def reduce(
     if not SMALLEST <= tolerance <= LARGEST:
         raise ReductionError(f"tolerance = {tolerance:.3g} must be {SMALLEST:g} to {LARGEST:g}")
     body = checked(body)
-    basis = Basis(body)
+    basis = Basis(body, max(map(abs, band)))
     for motion in () if begin is None else begin.T:
         basis.add(motion)
-    training = points(body, basis.reduced, band, speeds, 0.0)
+    training = points(body, basis.reduced, band, speeds, 0.0, basis.shift)
     steps = []
     for offset in OFFSETS:
         steps += basis.grow(training, tolerance)
-        fresh = _compared(basis, points(body, basis.reduced, band, speeds, offset), tolerance)
+        fresh = _compared(basis, points(body, basis.reduced, band, speeds, offset, basis.shift), tolerance)
         if basis.exact:
-            around = closer(fresh, basis.shares(fresh, tolerance), band, speeds)
+            around = closer(fresh, basis.shares(fresh, tolerance), band, speeds, basis.shift)
             fresh = fresh.joined(_compared(basis, around, tolerance))
         shares = basis.shares(fresh, tolerance)
         if shares.max() <= 1.0:
@@ -187,8 +187,8 @@ def _finished(basis: Basis, band: Any, speeds: Any, tolerance: float, checks: tu
         tolerance=tolerance,
         checks=checks,
         steps=steps,
-        highest_before=highest_frequency(basis.body),
-        highest_after=highest_frequency(body),
+        highest_before=highest_frequency(basis.body, basis.shift.square),
+        highest_after=highest_frequency(body, basis.shift.square),
         error=max(check.error for check in checks if check.place == "contact"),
     )
 

@@ -34,7 +34,7 @@ def model_of(shaft: Shaft, nodes: Sequence[float], source: str) -> FiniteElement
     Raises
     ------
     DataError
-        The bearings leave rigid-body motions.
+        Bearings with speed-dependent coefficients leave rigid-body motions.
     """
     bare = _condensed(bare_model(shaft, nodes, source), _busy(shaft, nodes))
     supports = [(i, support) for support in shaft.supports for i in [nearest(nodes, support.place)]]
@@ -42,7 +42,8 @@ def model_of(shaft: Shaft, nodes: Sequence[float], source: str) -> FiniteElement
         tables: list[Coefficients] = [(i, support.speeds, support.coefficients) for i, support in supports]
         return with_supports(bare, tables)
     coefficients = [(i, support.coefficients[0].tolist()) for i, support in supports]
-    return with_bearings(bare, [Bearing(i, tuple(eight[:4]), tuple(eight[4:])) for i, eight in coefficients])
+    bearings = [Bearing(i, tuple(eight[:4]), tuple(eight[4:])) for i, eight in coefficients]
+    return with_bearings(bare, bearings, required=False)
 
 
 def nearest(nodes: Sequence[float], place: float) -> int:

@@ -8,6 +8,7 @@ import scipy.linalg
 
 from rsc.errors import DataError
 from rsc.machine.model.model import FiniteElementModel
+from rsc.machine.reduction.shift import LEAST, SHIFTED
 from rsc.machine.shaft.assembly import MOST_NODES, model_of
 from rsc.machine.shaft.parts import Section, Shaft
 
@@ -52,7 +53,7 @@ def divided(shaft: Shaft, top: float, source: str, elements: int | None = None) 
     Raises
     ------
     DataError
-        The bearings leave rigid-body motions, or more than `MOST_NODES` nodes are needed.
+        More than `MOST_NODES` nodes are needed.
     """
     waves = [piece.length / _wavelength(piece, top) for a, b in pairwise(shaft.stations) for piece in shaft.pieces(a, b)[:1]]
     share, before = _SHARE, None
@@ -85,12 +86,18 @@ def _nodes(shaft: Shaft, numbers: list[int], source: str) -> list[float]:
 
 def _change(model: FiniteElementModel, fine: FiniteElementModel, top: float) -> tuple[float, int]:
     """Largest relative change of the natural frequencies up to `top` in Hz, at least `LEAST_MODES`, and their number."""
-    coarse, other = (natural_frequencies(each) for each in (model, fine))
+    coarse, other = (natural_frequencies(each, top) for each in (model, fine))
     count = min(max(LEAST_MODES, int(np.sum(other <= top))), len(coarse), len(other))
     return float(np.max(np.abs(other[:count] / coarse[:count] - 1.0), initial=0.0)), count
 
 
-def natural_frequencies(model: FiniteElementModel) -> Any:
-    """Undamped natural frequencies at rest in Hz, increasing, with the mean stiffness of both directions."""
-    compliance = scipy.linalg.eigh(model.mass, model.stiffness, eigvals_only=True)[::-1]
-    return 1.0 / (2.0 * np.pi * np.sqrt(compliance[compliance > 1e-14 * compliance[0]]))
+def natural_frequencies(model: FiniteElementModel, top: float = 0.0) -> Any:
+    """Undamped natural frequencies at rest in Hz, increasing, with the mean stiffness of both directions; of a free model those
+    that are not far below `top` in Hz."""
+    shift = (SHIFTED * 2.0 * np.pi * top) ** 2 if model.free else 0.0
+    stiffness = model.stiffness + shift * model.mass if shift else model.stiffness
+    compliance = scipy.linalg.eigh(model.mass, stiffness, eigvals_only=True)[::-1]
+    if not shift:
+        return 1.0 / (2.0 * np.pi * np.sqrt(compliance[compliance > 1e-14 * compliance[0]]))
+    squares = 1.0 / compliance[compliance > 1e-14 * compliance[0]] - shift
+    return np.sqrt(squares[squares > (LEAST * 2.0 * np.pi * top) ** 2]) / (2.0 * np.pi)

@@ -1,10 +1,10 @@
 """A machine of a scene before reduction: its model, unbalances, loads and observers; read here from a file of `rsc import`."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rsc.errors import DataError, one_line
-from rsc.scene.bodies.reduced import AMOUNT, BEARINGS, MachineRotor, MachineStator
+from rsc.scene.bodies.reduced import AMOUNT, BEARINGS, OFF, MachineRotor, MachineStator
 from rsc.scene.keys.keys import Number, PairReader, RawTable, as_list, per_coordinate, read_table
 from rsc.units import DIMENSIONS
 
@@ -12,12 +12,18 @@ from rsc.units import DIMENSIONS
 class Machine(NamedTuple):
     """A machine before reduction."""
 
-    model: Any  # rsc.machine.model.model.Model, with its bearings
+    model: Any  # rsc.machine.model.model.Model, with its bearings but those that are switched off
     origin: str  # description for users
     key: str  # key of its table, and value, named in errors about the whole machine
     value: Any
     at_nodes: dict[str, Any]  # unbalances, loads and gravity, as arguments of `rsc.machine.model.contact.body_of`
     observers: list[Any]
+    switched: tuple[tuple[float, Any], ...] = ()  # (time, the model until then) of bearings that are switched off, by time
+
+    @property
+    def earlier(self) -> list[Any]:
+        """The models until each time at which bearings are switched off."""
+        return [model for _, model in self.switched]
 
 
 def machine_of_file(table: RawTable, elsewhere: Any, nodes: Sequence[Any]) -> Machine:
@@ -42,13 +48,14 @@ def machine_of_file(table: RawTable, elsewhere: Any, nodes: Sequence[Any]) -> Ma
         table.refuse("file", values["file"], f"the file whose SHA-256 is {values['sha256'][:16]}...", f"it has {digest[:16]}...")
     if model.anisotropic_mass is not None:
         table.refuse("file", values["file"], "a model with isotropic mass")
+    switched: tuple[tuple[float, Any], ...] = ()
     if rotor:
-        model = _with_bearings(table, model, values["bearings"])
+        model, switched = _with_bearings(table, model, values["bearings"])
     origin = f"{model.source} ({values['file']}, sha256 {digest[:16]})"
     at_nodes = _at_nodes(table, values) if rotor else {}
     observers = _observers(table, values["observers"], nodes)
     values.refuse_untaken(besides=("contact",))  # contact locations are read with the contacts
-    return Machine(model, origin, "file", values["file"], at_nodes, observers)
+    return Machine(model, origin, "file", values["file"], at_nodes, observers, switched)
 
 
 def _observers(table: RawTable, raw: object, nodes: Sequence[Any]) -> list[Any]:
@@ -78,24 +85,58 @@ def place_of(table: RawTable, raw: object, key: str = "contact") -> Any:
     return parts
 
 
-def _with_bearings(table: RawTable, model: Any, raw: object) -> Any:
-    """The model with the bearings of the scene."""
+def _with_bearings(table: RawTable, model: Any, raw: object) -> tuple[Any, tuple[tuple[float, Any], ...]]:
+    """The model with the bearings of the scene that stay, and `Machine.switched`."""
     from rsc.machine.imports.bearings import Bearing, with_bearings
 
     bearings, items = [], as_list(raw)
     if items is None:
         table.refuse("bearings", raw, BEARINGS.wanted)
     for i, item in enumerate(items):
-        parts, key = as_list(item), f"bearings[{i}]"
+        key, off = f"bearings[{i}]", None
+        if isinstance(item, Mapping):
+            item, off = _switched_off(table, key, item)
+        parts = as_list(item)
         if parts is None or len(parts) not in (2, 3):
             table.refuse(key, item, BEARINGS.wanted)
         units = zip(("stiffness", "damping"), parts[1:], strict=False)
         coefficients = [coefficients_of(table, f"{key}[{k}]", part, unit) for k, (unit, part) in enumerate(units, 1)]
-        bearings.append(Bearing(_node(table, f"{key}[0]", parts[0]), *coefficients))
+        bearings.append((off, Bearing(_node(table, f"{key}[0]", parts[0]), *coefficients)))
+
+    def at(time: float | None) -> Any:
+        """The model with those that are there until a time, or that stay."""
+        holding = [one for off, one in bearings if off is None or (time is not None and off >= time)]
+        return with_bearings(model, holding, required=False)
+
     try:
-        return with_bearings(model, bearings)
+        return at(None), switched_models(at, [off for off, _ in bearings])
     except DataError as error:
-        table.refuse("bearings", raw, "bearings at nodes of the model that leave no rigid-body motion", error.problem)
+        table.refuse("bearings", raw, "bearings at nodes of the model", error.problem)
+
+
+def switched_models(at: Callable[[float], Any], offs: Sequence[float | None]) -> tuple[tuple[float, Any], ...]:
+    """(time, model until then) for each time at which bearings are switched off, given the function that makes the model."""
+    return tuple((off, at(off)) for off in sorted({off for off in offs if off is not None}))
+
+
+def off_time(table: RawTable, key: str, raw: object) -> float | None:
+    """Read the time in s at which a bearing is switched off, which must lie within the run."""
+    if raw is None:
+        return None
+    if as_list(raw) is not None:
+        table.refuse(key, raw, "one time: a bearing is switched off once")
+    off: float = OFF.read(table, key, raw)
+    if table.duration and not off < table.duration:
+        table.refuse(key, raw, f"before the end of the run at {table.duration:g} s")
+    return off
+
+
+def _switched_off(table: RawTable, key: str, item: Mapping[str, Any]) -> tuple[list[Any], float | None]:
+    """([node, stiffness, damping], off) of a bearing given as a table."""
+    if not {"node", "stiffness"} <= set(item) <= {"node", "stiffness", "damping", "off"}:
+        table.refuse(key, dict(item), "{node = ..., stiffness = ..., damping = ..., off = ...}")
+    parts = [item[name] for name in ("node", "stiffness", "damping") if name in item]
+    return parts, off_time(table, f"{key}.off", item.get("off"))
 
 
 def coefficients_of(table: RawTable, key: str, raw: Any, unit: str) -> Any:

@@ -1,5 +1,6 @@
 """Reduction of a body with model "machine" to one with model "reduced" while its scene is read."""
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import replace
 from math import tau as TWO_PI
@@ -97,32 +98,29 @@ def reduced(
         An invalid location or unbalance, or a body that cannot be reduced.
     """
     from rsc.machine.model.contact import body_of
-    from rsc.machine.reduction.directions import Unequal, reduce_unequal
-    from rsc.machine.reduction.reduction import reduce
 
     rotor, model, observers = table.name == "rotor", machine.model, machine.observers
+    if model.free:
+        _refuse_loose(table, machine, touching)
     tolerance, (low, high), (slowest, fastest) = reduction
     top = max(abs(slowest), abs(fastest))
+    places, models, results = [place_of(table, place) for place in touching], [*machine.earlier, model], list[Any]()
     try:
-        body = body_of(model, [place_of(table, place) for place in touching], observers=observers, speed=top, **machine.at_nodes)
+        parts = [body_of(each, places, observers=observers, speed=top, **machine.at_nodes) for each in models]
     except DataError as error:
         table.refuse("contact", only_or_all(touching), "a place of the model", error.problem)
     except ValueError as error:
         table.refuse("unbalance", table.values.get("unbalance"), str(error))
     try:
         ranges = (TWO_PI * low, TWO_PI * high), (TWO_PI * slowest, TWO_PI * fastest)
-        if model.isotropic:
-            result = reduce(body, *ranges, tolerance)
-        else:
-            parts = model.anisotropic_stiffness, model.anisotropic_damping
-            knots = None if model.knots is None else model.knots.without(REAL)
-            stiffness, damping = (0.0 * body.stiffness if part is None else part for part in parts)
-            unequal = Unequal(stiffness, damping, knots)
-            result = reduce_unequal(body, unequal, *ranges, tolerance)
+        for each, body in zip(models, parts, strict=True):  # with all bearings first, without those switched off last
+            begin = results[-1].basis if results else None
+            results.append(_reduced_model(each, body, ranges, tolerance, begin))
     except ReductionError as error:
         table.refuse(machine.key, machine.value, "a body that can be reduced", str(error))
+    result = replace(results[-1], error=max(one.error for one in results))
     origin = f"{machine.origin}, contact at {shown(only_or_all(touching))}"
-    content = _content(result, rotor) | _anisotropic(model, result) | {
+    content = _content(result, rotor) | _anisotropic(model, result) | _until(machine, result) | {
         "observers": [one_line(place) for place in observers],
         "origin": one_line(origin)[:400],
         "tolerance": tolerance,
@@ -132,8 +130,53 @@ def reduced(
     if model.speed is not None:
         content["coefficients_at"] = model.speed
     if rotor:
-        content |= drawn_content(model, result.basis, touching)
-    return RawTable(table.file, table.name, content, table.folder), replace(result, model=model)
+        content |= drawn_content(models[0], result.basis, touching)
+    return RawTable(table.file, table.name, content, table.folder), replace(result, model=models[0])
+
+
+def _reduced_model(model: Any, body: Any, ranges: tuple[Any, Any], tolerance: float, begin: Any) -> Any:
+    """The `Reduced` of a model whose isotropic mean is a body; begin: motions that it contains in any case."""
+    from rsc.machine.reduction.directions import Unequal, reduce_unequal
+    from rsc.machine.reduction.reduction import reduce
+
+    if model.isotropic:
+        return reduce(body, *ranges, tolerance, begin)
+    parts = model.anisotropic_stiffness, model.anisotropic_damping
+    knots = None if model.knots is None else model.knots.without(REAL)
+    stiffness, damping = (0.0 * body.stiffness if part is None else part for part in parts)
+    return reduce_unequal(body, Unequal(stiffness, damping, knots), *ranges, tolerance, begin)
+
+
+def _until(machine: Machine, result: Any) -> dict[str, Any]:
+    """Matrices of the bearings that are switched off at each time, in the reduced coordinates."""
+    from rsc.machine.reduction.directions import congruent
+
+    if not machine.switched:
+        return {}
+    content: dict[str, Any] = {"off_times": [time for time, _ in machine.switched]}
+    models = [*machine.earlier, machine.model]
+    for name in FOLLOWING:
+        matrices = [getattr(model, name) for model in models]
+        if all(matrix is None for matrix in matrices):
+            continue
+        zero = 0.0 * machine.model.stiffness
+        whole = [zero if matrix is None else matrix for matrix in matrices]
+        parts = [congruent(before - after, result.basis) for before, after in itertools.pairwise(whole)]
+        if any(part.any() for part in parts):
+            content[f"{name}_until"] = [_pairs(part) if name in ANISOTROPIC else part.tolist() for part in parts]
+    return content
+
+
+def _refuse_loose(table: RawTable, machine: Machine, touching: Sequence[Any]) -> None:
+    """SceneError for a free body, unless it is a rotor that its contacts catch in every motion."""
+    from rsc.machine.imports.bearings import refuse_loose
+    from rsc.machine.model.contact import row_at
+
+    rotor = table.name == "rotor"
+    try:
+        refuse_loose(machine.model, [row_at(machine.model, place_of(table, place)) for place in touching] if rotor else [])
+    except DataError as error:
+        table.refuse("bearings", table.values.get("bearings"), f"bearings that support the {table.name}", error.problem)
 
 
 def only_or_all(places: Sequence[Any]) -> Any:

@@ -6,7 +6,7 @@ contacts the first ones are those at each contact. A result contains the reduced
 """
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -31,20 +31,27 @@ UNBALANCES = Later(
 LOADS = Later("a list of [node, [f_y, f_z] in N]", (Sequence(Listed((NODE, PairReader("force")))),))
 
 
+OFF = Number("time", above=0.0)
 COEFFICIENTS = Sequence(Number("stiffness")), Sequence(Number("damping"))
+_SWITCHED = {"node": NODE, "stiffness": COEFFICIENTS[0], "damping": COEFFICIENTS[1], "off": OFF}
 BEARINGS = Later(
-    "a list of [node, stiffness in N/m] or [node, stiffness, damping in N s/m], each one number or [xx, xy, yx, yy]",
-    tuple(
+    "a list of [node, stiffness in N/m], [node, stiffness, damping in N s/m] or {node, stiffness, damping, off = time in s}, "
+    "stiffness and damping one number or [xx, xy, yx, yy]",
+    (
+        Sequence(Keyed(_SWITCHED)),
+        *(
         Sequence(Listed((node, *forms)))
         for node in (NODE, Text())
         for stiffness in (Number("stiffness"), COEFFICIENTS[0])
         for forms in ((stiffness,), (stiffness, Number("damping")), (stiffness, COEFFICIENTS[1]))
+        ),
     ),
 )
 
 COMPLEX_MATRIX = Sequence(Sequence(PairReader("dimensionless")))
 KNOTS, COMPLEX_KNOTS = Sequence(MatrixReader()), Sequence(COMPLEX_MATRIX)
 MORE = "Additions at the knots to the"
+UNTIL = "Additions until each of the off_times to the"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,7 +119,9 @@ class _Reduced(BodyModel):
     contact_masses: tuple | None = declare(
         MatrixReader(), None, meaning="Mass matrix of the first coordinates with several contacts."
     )
-    stiffness: tuple = declare(MatrixReader(), meaning="Stiffness matrix, symmetric and positive definite.")
+    stiffness: tuple = declare(
+        MatrixReader(), meaning="Stiffness matrix, symmetric and positive definite; of a free rotor semidefinite."
+    )
     damping: tuple = declare(MatrixReader(), meaning="Damping matrix, symmetric.")
     skew_stiffness: tuple | None = declare(
         MatrixReader(), None, meaning="Cross-coupled stiffness S, symmetric: K + i S.", mirror=mirror.negative
@@ -187,27 +196,32 @@ class _Reduced(BodyModel):
     @staticmethod
     def resolve(values: Any, table: RawTable) -> None:
         """Check the matrices; there must be no rigid-body motion."""
-        count = len(values["stiffness"])
-        for key in ("stiffness", "damping", "skew_stiffness", "skew_damping", "gyroscopic"):
-            if values.get(key) is not None:
-                refuse_asymmetric(table, key, values[key], count)
-        for key in ("anisotropic_stiffness", "anisotropic_damping"):
-            matrix = values[key]
-            if matrix is not None and (len(matrix) != count or any(len(row) != count for row in matrix)):
-                table.refuse(key, matrix, f"a {count} x {count} matrix of pairs")
-        masses = values["contact_masses"]
-        if masses is not None:
-            refuse_asymmetric(table, "contact_masses", masses, len(masses))
-            if not 1 < len(masses) <= count or not is_definite(masses, strictly=True):
-                table.refuse("contact_masses", masses, f"positive definite, of 2 to {count} coordinates")
-        if not is_definite(values["stiffness"], strictly=True):
-            table.refuse("stiffness", values["stiffness"], "positive definite")
-        for key in ("band", "speeds"):
-            if len(values[key]) != 2 or not values[key][0] <= values[key][1]:
-                table.refuse(key, values[key], "[lowest, highest]")
-        rows = values["observer_rows"]
-        if len(rows) != len(values["observers"]) or any(len(row) != count for row in rows):
-            table.refuse("observer_rows", rows, f"a row of {count} numbers for each of the observers")
+        _check(values, table, free=False)
+
+
+def _check(values: Any, table: RawTable, free: bool) -> None:
+    """Check the matrices of a reduced body; free: whether there may be rigid-body motions."""
+    count = len(values["stiffness"])
+    for key in ("stiffness", "damping", "skew_stiffness", "skew_damping", "gyroscopic"):
+        if values.get(key) is not None:
+            refuse_asymmetric(table, key, values[key], count)
+    for key in ("anisotropic_stiffness", "anisotropic_damping"):
+        matrix = values[key]
+        if matrix is not None and (len(matrix) != count or any(len(row) != count for row in matrix)):
+            table.refuse(key, matrix, f"a {count} x {count} matrix of pairs")
+    masses = values["contact_masses"]
+    if masses is not None:
+        refuse_asymmetric(table, "contact_masses", masses, len(masses))
+        if not 1 < len(masses) <= count or not is_definite(masses, strictly=True):
+            table.refuse("contact_masses", masses, f"positive definite, of 2 to {count} coordinates")
+    if not is_definite(values["stiffness"], strictly=not free):
+        table.refuse("stiffness", values["stiffness"], f"positive {'semi' if free else ''}definite")
+    for key in ("band", "speeds"):
+        if len(values[key]) != 2 or not values[key][0] <= values[key][1]:
+            table.refuse(key, values[key], "[lowest, highest]")
+    rows = values["observer_rows"]
+    if len(rows) != len(values["observers"]) or any(len(row) != count for row in rows):
+        table.refuse("observer_rows", rows, f"a row of {count} numbers for each of the observers")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -236,6 +250,21 @@ class ReducedRotor(_Reduced, RotorModel):
     anisotropic_damping_knots: tuple | None = declare(
         COMPLEX_KNOTS, None, meaning=f"{MORE} damping that acts on the conjugate.", mirror=mirror.reversed_conjugates
     )
+    off_times: tuple | None = declare(
+        Sequence(OFF), None, meaning="Times at which bearings are switched off; the matrices `..._until` are theirs."
+    )
+    stiffness_until: tuple | None = declare(KNOTS, None, meaning=f"{UNTIL} stiffness.")
+    damping_until: tuple | None = declare(KNOTS, None, meaning=f"{UNTIL} damping.")
+    skew_stiffness_until: tuple | None = declare(
+        KNOTS, None, meaning=f"{UNTIL} cross-coupled stiffness.", mirror=mirror.negative
+    )
+    skew_damping_until: tuple | None = declare(KNOTS, None, meaning=f"{UNTIL} cross-coupled damping.", mirror=mirror.negative)
+    anisotropic_stiffness_until: tuple | None = declare(
+        COMPLEX_KNOTS, None, meaning=f"{UNTIL} stiffness that acts on the conjugate."
+    )
+    anisotropic_damping_until: tuple | None = declare(
+        COMPLEX_KNOTS, None, meaning=f"{UNTIL} damping that acts on the conjugate."
+    )
     unbalance: tuple = declare(Sequence(PairReader("unbalance")), meaning="Unbalance of every coordinate, multiplied by Omega^2.")
     load: tuple = declare(LOAD, meaning="Constant force on every coordinate.")
     allow_negative_damping: bool = declare(Flag(), False, meaning="Allow negative damping.")
@@ -244,6 +273,12 @@ class ReducedRotor(_Reduced, RotorModel):
     node_rows: tuple | None = declare(
         Sequence(Sequence(Number("dimensionless"))), None, meaning="Rows that give the displacement of every one of `nodes`."
     )
+
+    @property
+    def at_end(self) -> "ReducedRotor":
+        """The rotor without the bearings that are switched off."""
+        without: dict[str, Any] = {f"{name}_until": None for name in FOLLOWING}
+        return replace(self, off_times=None, **without)
 
     def knots(self) -> Any:
         """As stored."""
@@ -255,11 +290,12 @@ class ReducedRotor(_Reduced, RotorModel):
     @staticmethod
     def resolve(values: Any, table: RawTable) -> None:
         """Check the matrices, including those of the knots, and the unbalance."""
-        _Reduced.resolve(values, table)
+        _check(values, table, free=True)
         count = len(values["stiffness"])
         if values["rotating_damping"] is not None:
             refuse_asymmetric(table, "rotating_damping", values["rotating_damping"], count)
         _refuse_other_knots(values, table, count)
+        _refuse_other_times(values, table, count)
         _refuse_other_nodes(values, table, count)
         if len(values["unbalance"]) != count:
             table.refuse("unbalance", values["unbalance"], f"a list of {count} pairs")
@@ -291,8 +327,26 @@ def _refuse_other_knots(values: Any, table: RawTable, count: int) -> None:
             if name not in ANISOTROPIC:
                 refuse_asymmetric(table, f"{key}[{i}]", matrix, count)
     for i, more in enumerate(values["stiffness_knots"] or ()):
-        if not is_definite(np.add(values["stiffness"], more), strictly=True):
-            table.refuse(f"stiffness_knots[{i}]", None, "such that the stiffness at every knot is positive definite")
+        if not is_definite(np.add(values["stiffness"], more), strictly=False):
+            table.refuse(f"stiffness_knots[{i}]", None, "such that the stiffness at every knot is positive semidefinite")
+
+
+def _refuse_other_times(values: Any, table: RawTable, count: int) -> None:
+    """Check that times of switching off increase, and that each has its matrices."""
+    times = values["off_times"]
+    if times is not None and (not times or any(not b > a for a, b in itertools.pairwise(times))):
+        table.refuse("off_times", list(times), "increasing times")
+    for name in FOLLOWING:
+        key = f"{name}_until"
+        if values[key] is None:
+            continue
+        if times is None or len(values[key]) != len(times):
+            table.refuse(key, None, f"a matrix for each of the {len(times or ())} off_times")
+        for i, matrix in enumerate(values[key]):
+            if len(matrix) != count or any(len(row) != count for row in matrix):
+                table.refuse(f"{key}[{i}]", None, f"a {count} x {count} matrix")
+            if name not in ANISOTROPIC:
+                refuse_asymmetric(table, f"{key}[{i}]", matrix, count)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from rsc.machine.shaft.parts import Material
 from rsc.scene.bodies.body_model import RAYLEIGH
-from rsc.scene.bodies.reduced import COEFFICIENTS
+from rsc.scene.bodies.reduced import COEFFICIENTS, OFF
 from rsc.scene.keys.keys import (
     OPTIONAL,
     Choice,
@@ -103,6 +103,7 @@ class BearingKeys:
     )
     tilt_stiffness: float = declare(Number("tilt stiffness", low=0.0), 0.0, meaning="Tilt stiffness.")
     tilt_damping: float = declare(Number("tilt damping", low=0.0), 0.0, meaning="Tilt damping.")
+    off: float | None = declare(OFF, None, meaning="Time at which it is switched off, for the drop of a rotor.")
 
     one_of = ((("stiffness", "table"), OPTIONAL), (("damping", "table"), OPTIONAL))
 
@@ -135,7 +136,7 @@ class _Shaft:
     material: object = declare(MATERIAL, "steel", meaning="Default material of sections and disks.")
     sleeves: tuple = declare(Tables(SleeveKeys), (), meaning="Sleeves on the sections, which add to their stiffness.")
     disks: tuple = declare(Tables(DiskKeys), (), meaning="Disks, impellers, couplings and other rigid rotating parts.")
-    bearings: tuple = declare(Tables(BearingKeys, 1), meaning="Bearings, seals and other springs to ground.")
+    bearings: tuple = declare(Tables(BearingKeys), (), meaning="Bearings, seals and other springs to ground.")
     elements: int | None = declare(
         Integer(1, 1000),
         None,

@@ -11,7 +11,7 @@ from rsc.errors import DataError, shown
 from rsc.machine.model.contact import Unbalance
 from rsc.machine.shaft.parts import SAME_PLACE, Disk, Material, Section, Shaft, Support, disk_inertias
 from rsc.scene.bodies.bearing_table import read_bearing_table
-from rsc.scene.bodies.machine_file import Machine, amount_at, coefficients_of
+from rsc.scene.bodies.machine_file import Machine, amount_at, coefficients_of, off_time, switched_models
 from rsc.scene.bodies.shaft_keys import MATERIAL, MATERIALS, PLACE, MaterialKeys, ShaftRotor, ShaftStator, UnbalanceKeys
 from rsc.scene.keys.keys import Number, RawTable, as_list, per_coordinate, read_table
 from rsc.scene.keys.nested import Item, Tables
@@ -43,8 +43,12 @@ class Stations:
         sleeves = tuple(self._sleeve(item, material) for item in values["sleeves"])
         self.shaft = replace(self.shaft, sleeves=sleeves)
         disks = tuple(_disk(item, self._named_place(item), self.shaft, material) for item in values["disks"])
-        supports = tuple(_support(item, self._named_place(item)) for item in values["bearings"])
-        self.shaft = replace(self.shaft, disks=disks, supports=supports)
+        self._supports = tuple(_support(item, self._named_place(item)) for item in values["bearings"])
+        self._off = [_off(item) for item in values["bearings"]]
+        pairs = list(zip(self._supports, self._off, strict=True))
+        places = {one.name or f"{one.place:.6g} m": one.place for one, off in pairs if off is not None}
+        staying = tuple(one for one, off in pairs if off is None)
+        self.shaft = replace(self.shaft, disks=disks, supports=staying, places=places)
         _refuse_overlap(values["disks"], self.shaft)
 
     def node(self, table: RawTable, key: str, raw: Any) -> str:
@@ -106,6 +110,7 @@ class Stations:
 
     def machine(self, top: float, observers: list[Any]) -> Machine:
         """The machine of the shaft for a band up to `top` in Hz, with nodes at all positions named so far."""
+        from rsc.machine.shaft.assembly import model_of
         from rsc.machine.shaft.division import divided
 
         table, values = self.table, self.values
@@ -114,12 +119,18 @@ class Stations:
         source = f"{SHAFT} [{table.name}]"
         try:
             made = divided(self.shaft, top, source, values["elements"])
+            switched = switched_models(lambda time: model_of(self._until(time), made.nodes, source), list(self._off))
         except DataError as error:
             table.refuse("bearings", [float(f"{one.place:.6g}") for one in self.shaft.supports], "bearings that support the shaft", error.problem)
         values.refuse_untaken()
         sections = len(self.shaft.sections)
         origin = f"{source} has {sections} sections and {made.words}"
-        return Machine(made.model, origin, "sections", f"{sections} tables", at_nodes, list(dict.fromkeys(observed)))
+        return Machine(made.model, origin, "sections", f"{sections} tables", at_nodes, list(dict.fromkeys(observed)), switched)
+
+    def _until(self, time: float) -> Shaft:
+        """The shaft with the bearings that are there until a time in s."""
+        holding = tuple(one for one, off in zip(self._supports, self._off, strict=True) if off is None or off >= time)
+        return replace(self.shaft, supports=holding)
 
     def _at_nodes(self) -> dict[str, Any]:
         """Unbalances, loads and gravity of a rotor."""
@@ -220,6 +231,16 @@ def _refuse_overlap(values: Any, shaft: Shaft) -> None:
         if right.place - left.place < least * (1.0 - 1e-9):
             wanted = f"at least {least:g} m from the disk at {left.place:g} m: they overlap"
             item.table.refuse("at", item.table.values["at"], wanted)
+
+
+def _off(item: Item) -> float | None:
+    """The time in s at which a bearing is switched off; None for one that stays."""
+    off = off_time(item.table, "off", item.values["off"])
+    if off is not None and item.table.name.startswith("stator"):
+        item.table.refuse("off", item.values["off"], "left out: only bearings of the rotor can be switched off")
+    if off is not None and item.values["table"] is not None:
+        item.table.refuse("off", item.values["off"], "left out with table: coefficients that follow the speed stay")
+    return off
 
 
 def _support(item: Item, place: float) -> Support:

@@ -8,7 +8,7 @@ docs/users are generated from the same declarations (tools/scene_reference.py).
 import numbers
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, NoReturn
@@ -46,7 +46,7 @@ class RawTable:
     """
 
     def __init__(self, file: str, name: str, values: Mapping[str, Any], folder: Path | None = None) -> None:
-        self.file, self.name, self.values, self.folder, self.fastest = file, name, values, folder, 0.0
+        self.file, self.name, self.values, self.folder, self.fastest, self.duration = file, name, values, folder, 0.0, 0.0
         # (key, dimension) -> first number without a unit and first text with another unit, each with its position
         self._met: dict[tuple[str, str], dict[type, tuple[str, object]]] = {}
         self.read: list[Values] = []  # values read from this table and from those inside it
@@ -54,7 +54,7 @@ class RawTable:
     def within(self, place: str, values: Mapping[str, Any]) -> "RawTable":
         """A table inside this one, at a place such as "disks[0]", whose keys must be used as well."""
         inner = RawTable(self.file, f"{self.name}.{place}", values, self.folder)
-        inner.fastest, inner.read = self.fastest, self.read
+        inner.fastest, inner.duration, inner.read = self.fastest, self.duration, self.read
         return inner
 
     def refuse(self, key: str, value: object, wanted: str, hint: str = "") -> NoReturn:
@@ -485,7 +485,7 @@ def plain(value: Any) -> Any:
         return [value.real, value.imag]
     if isinstance(value, tuple):
         return [plain(item) for item in value]
-    return value
+    return plain_section(value) if is_dataclass(value) else value
 
 
 def plain_section(section: Any) -> dict[str, Any]:

@@ -26,16 +26,18 @@ def branch_map(survey):
 def map_of(survey):
     """Frequency and amplitude of a survey's branches over the rotor speed, a picture each: ends and events by their cause, and a
     cross where the normal force of a whirl passes the limit of its stability towards another, joined to that one. Roots whose
-    amplitude stays below the gap are left out."""
-    gap, shown = survey.scene.contact.gap, [b for b in survey.branches if b.amplitude.max() > survey.scene.contact.gap]
+    amplitude stays below the gap are left out. With several contacts the amplitude is the largest deflection over the gap."""
+    several = len(survey.scene.contacts) > 1
+    gap = 1.0 if several else survey.scene.contact.gap
+    shown = [b for b in survey.branches if _size(b).max() > gap]
     rolling = [roll.rotor_amplitude for rolls in survey.rolls.values() for roll in rolls if roll.Psi < 0.0]
-    factor, unit = unit_for(max([gap, *rolling, *(largest_finite(b.amplitude) for b in shown)]), "m")
+    factor, unit = (1.0, "") if several else unit_for(max([gap, *rolling, *(largest_finite(b.amplitude) for b in shown)]), "m")
     frequency, amplitude = [], []
     for b in shown:
-        for data, values in ((frequency, b.frequency), (amplitude, factor * b.amplitude)):
+        for data, values in ((frequency, b.frequency), (amplitude, factor * _size(b))):
             data += stretches_of(b.values, values, stability(b), "backward whirl", RED)
             own = np.flatnonzero(b.stable) if b.stable.any() else np.arange(len(values))
-            middle, name = own[[len(own) // 2]], {"text": [b.label], "textposition": "top right", "showlegend": False}
+            middle, name = own[[len(own) // 2]], {"text": [_label(b)], "textposition": "top right", "showlegend": False}
             data.append(line(b.values[middle], values[middle], "", RED, mode="lines+text", **name))
     for data, row in ((frequency, 1), (amplitude, 2)):
         data += _rolls(survey, factor, row)
@@ -55,10 +57,21 @@ def map_of(survey):
             data.append(line([place.speed] * 2, ends, text, colour, "dot", 1.8))
             data.append(dots([place.speed], ends[:1], "", "none", colour, 10, symbol="x") | {"showlegend": False})
     x = {"title": "rotor speed in Hz"}
-    top = max([gap, *rolling, *(largest_finite(each.amplitude) for each in [*shown, *survey.rubs])])
-    sizes = {"title": f"amplitude |r| at the contact in {unit}", "range": [0.0, 1.12 * factor * top]}
+    top = max([gap, *rolling, *(largest_finite(_size(each)) for each in [*shown, *survey.rubs])])
+    quantity = "largest deflection over gap" if several else f"amplitude |r| at the contact in {unit}"
+    sizes = {"title": quantity, "range": [0.0, 1.12 * factor * top]}
     parts = (frequency, {"title": "whirl frequency in Hz"}), (amplitude, sizes)
     return [in_units({"data": named_once(data), "layout": axes(x, y, 300)}) for data, y in parts]
+
+
+def _size(branch):
+    """(n,) amplitude in m of a branch or forward rub; of a whirl at several contacts the largest deflection over the gap."""
+    at = getattr(branch, "at_contacts", {})
+    return np.max([one["over_gap"] for one in at.values()], axis=0) if at else branch.amplitude
+
+
+def _label(branch):
+    return f"{branch.label} ({', '.join(branch.pressed)})" if branch.pressed else branch.label
 
 
 def _rolls(survey, factor, row):
@@ -83,6 +96,6 @@ def _marks(branches, factor):
     for b in branches:
         for event in (b.begin, *b.events, b.end):
             if event.cause != RANGE_END:
-                size = factor * float(np.interp(event.value, b.values, b.amplitude))
+                size = factor * float(np.interp(event.value, b.values, _size(b)))
                 marks.setdefault(event.cause, []).append((event.value, event.frequency, size))
     return {cause: np.array(places) for cause, places in marks.items()}

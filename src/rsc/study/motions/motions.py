@@ -19,6 +19,7 @@ from rsc.analysis.follow.least_friction import least_frictions
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import along
 from rsc.analysis.paper.rolling import rolling_whirls
+from rsc.analysis.paper.states import states_of
 from rsc.analysis.paper.synchronous import forward_rub, free_motion
 from rsc.analysis.paper.watched import shape_deflections, shares, touched
 from rsc.analysis.paper.whirls import whirl_shapes
@@ -83,7 +84,7 @@ def motions(
     seed : int
         Of the impacts; the same seed gives the same list on any number of threads.
     smallest : bool
-        Look for the smallest impulse that starts each motion as well, in eight directions; at one contact only.
+        Look for the smallest impulse that starts each motion as well, in eight directions; several contacts are hit one by one.
     largest : float, N s, optional
         By default the contact point becomes ten times as fast as on the rotor's slowest free vibration with the gap as its
         amplitude.
@@ -101,11 +102,9 @@ def motions(
     SceneError
         A speed that no drive may have.
     SolverError
-        Numbers of starts or impacts that cannot be; `smallest` with several contacts.
+        Numbers of starts or impacts that cannot be.
     """
     refuse_starts(starts, seed, largest, threads)
-    if smallest and len(scene.contacts) > 1:
-        raise SolverError("smallest: of several contacts rsc.smallest_impulse (rsc impact) finds the smallest impulse at each")
     value = scene.drive.speed[0] if speed is None else float(speed)
     forward = scene.steady(value)
     search = Search(forward.mirrored() if value < 0.0 else forward, abs(value), largest, threads, note)
@@ -212,10 +211,11 @@ class Search:
         self.groups = groups = [group for group, _ in pairs]
         ended = [self._home(groups, end) for end in random]
         shares = [ended.count(i) / len(ended) if ended else math.nan for i in range(len(groups))]
-        smallest_impulses = self._smallest_impulses(groups) if smallest else [math.nan] * len(groups)
+        contacts = range(len(self.largest)) if smallest else ()
+        smallest_impulses = np.fmin.reduce([[math.nan] * len(groups), *(self._smallest_impulses(groups, j) for j in contacts)])
         lasting = [
             replace(motion, share=share, smallest_impulse=impulse)
-            for (_, motion), share, impulse in zip(pairs, shares, smallest_impulses, strict=True)
+            for (_, motion), share, impulse in zip(pairs, shares, smallest_impulses.tolist(), strict=True)
         ]
         known = {id(one) for one in [*(motion.predicted for motion in lasting), *self._leaving]}
         least, whirl = least_frictions(self.scene, self.speed) if n == 1 else (None, None)
@@ -297,10 +297,12 @@ class Search:
             waited += end.time
         return end
 
-    def _smallest_impulses(self, groups: list[list[End]]) -> list[float]:
-        """The smallest impulse found that starts each motion, N s; NaN for one that none starts, and for what needs none."""
-        turns, sizes = np.exp(2j * np.pi * np.arange(IMPULSE_DIRECTIONS) / IMPULSE_DIRECTIONS), self.largest[0] * IMPULSE_SIZES
-        ends = self.after((sizes[:, None] * turns).ravel())
+    def _smallest_impulses(self, groups: list[list[End]], place: int) -> list[float]:
+        """The smallest impulse found at a contact that starts each motion, N s; NaN for one that none starts, and for what needs
+        none."""
+        turns = np.exp(2j * np.pi * np.arange(IMPULSE_DIRECTIONS) / IMPULSE_DIRECTIONS)
+        sizes = self.largest[place] * IMPULSE_SIZES
+        ends = self.after((sizes[:, None] * turns).ravel(), [place] * (len(sizes) * len(turns)))
         smallest = []
         for group in groups:
             places = [k for k, end in enumerate(ends) if end.settled and same(group[0], end, self.settling.gaps)]
@@ -310,7 +312,7 @@ class Search:
             i, k = divmod(places[0], len(turns))
             low, high = sizes[i - 1] if i else 0.0, sizes[i]
             for _ in range(HALVINGS):
-                (end,) = self.after(np.array([0.5 * (low + high) * turns[k]])) or (None,)
+                (end,) = self.after(np.array([0.5 * (low + high) * turns[k]]), [place]) or (None,)
                 if end is None:
                     break
                 hit = end.settled and same(group[0], end, self.settling.gaps)
@@ -400,7 +402,7 @@ def _candidates(system: System, speed: float) -> list[_Candidate]:
             "forward rub", speed, rub.amplitude, rub.normal_force, rub_growth(system, rub, Omega).rate, math.nan, True,
             _touched(system, rub.rotor_shape, rub.stator_shape),
         )  # fmt: skip
-        candidates.append(_Candidate(predicted, _turning(rub.rotor_shape, rub.stator_shape, Omega)))
+        candidates.append(_Candidate(predicted, _turning(system, rub.rotor_shape, rub.stator_shape, Omega)))
     letters = _letters()
     for whirl in predict_system(system, speed):
         predicted = Predicted(
@@ -413,7 +415,7 @@ def _candidates(system: System, speed: float) -> list[_Candidate]:
             "sliding" not in whirl.violated,
             whirl.touches,
         )
-        state = _turning(whirl.rotor_shape, whirl.stator_shape, TWO_PI * whirl.frequency)
+        state = _turning(system, whirl.rotor_shape, whirl.stator_shape, TWO_PI * whirl.frequency)
         candidates.append(_Candidate(predicted, _with_free(state, free, Omega)))
     for roll in rolling_whirls(system, Omega):
         sticking = system.with_friction(roll.traction)
@@ -422,7 +424,7 @@ def _candidates(system: System, speed: float) -> list[_Candidate]:
             "roll", roll.Psi / TWO_PI, roll.rotor_amplitude, roll.normal_force, roll.growth_rate, math.nan, True,
             _touched(system, rotor[0], stator[0]),
         )  # fmt: skip
-        candidates.append(_Candidate(predicted, _with_free(_turning(rotor[0], stator[0], roll.Psi), free, Omega)))
+        candidates.append(_Candidate(predicted, _with_free(_turning(system, rotor[0], stator[0], roll.Psi), free, Omega)))
     return candidates
 
 
@@ -441,7 +443,7 @@ def _several_candidates(system: System, speed: float) -> list[_Candidate]:
             label, whirl.frequency, whirl.rotor_amplitude, whirl.normal_force, whirl.growth_rate, math.nan,
             "sliding" not in whirl.violated, whirl.touches, forces,
         )  # fmt: skip
-        state = _turning(whirl.rotor_shape, whirl.stator_shape, TWO_PI * whirl.frequency)
+        state = _turning(system, whirl.rotor_shape, whirl.stator_shape, TWO_PI * whirl.frequency)
         candidates.append(_Candidate(predicted, _with_free(state, free, Omega)))
     return candidates
 
@@ -464,8 +466,12 @@ def _with_unbalance(system: System, whirl: Any) -> float:
         return math.nan
 
 
-def _turning(rotor: NDArray[np.complex128], stator: NDArray[np.complex128], Psi: float) -> InitialState:
-    return InitialState(rotor, 1j * Psi * rotor, stator, 1j * Psi * stator)
+def _turning(
+    system: System, rotor: NDArray[np.complex128], stator: NDArray[np.complex128], Psi: float
+) -> InitialState:
+    """The state of a motion with these shapes that turns at Psi in rad/s."""
+    states = states_of(system.joined(), Psi, np.concatenate([rotor, stator])) if system.n_states else None
+    return InitialState(rotor, 1j * Psi * rotor, stator, 1j * Psi * stator, states=states)
 
 
 def _with_free(state: InitialState, free: NDArray[np.complex128], Omega: float) -> InitialState:

@@ -19,7 +19,6 @@ from rsc.study.prediction.reductions import coefficient_remarks, reduction_remar
 from rsc.study.prediction.sensitivity import sensitivity
 from rsc.system.assemble import assemble
 from rsc.system.held import Load
-from rsc.system.system import only_one
 
 Note = Callable[[str], object]
 
@@ -77,13 +76,12 @@ def predictions(scene: Scene, speeds: Sequence[float], sensitive: bool = False, 
     refuse_speeds("predict", "speed", scene, np.array(speeds))  # in the user's numbers, not those of a mirror image
     scene, speeds = turned_forward(scene, speeds, note)
     refuse_backwards("--speed", min(speeds))
-    if sensitive:
-        only_one(scene.contacts)
     system, told = assemble(scene), []
     for speed, whirls in zip(speeds, predict(scene, speed=speeds), strict=True):
         taken = [whirl_loads(system, whirl) for whirl in whirls] if system.drive else []
+        changes = sensitivity(scene, speed) if sensitive else None
         if len(scene.contacts) > 1:
-            told.append(AtSpeed(whirls, _several_remarks(scene, whirls, speed), [], taken))
+            told.append(AtSpeed(whirls, _several_remarks(scene, whirls, speed), [], taken, changes))
             continue
         remarks = (
             scene_remarks(system, whirls)
@@ -93,7 +91,7 @@ def predictions(scene: Scene, speeds: Sequence[float], sensitive: bool = False, 
             + coefficient_remarks(scene)
             + reduction_remarks(scene, (whirl for whirl in whirls if whirl.stable))
         )
-        told.append(AtSpeed(whirls, remarks, ratios_of(system, whirls), taken, sensitivity(scene, speed) if sensitive else None))
+        told.append(AtSpeed(whirls, remarks, ratios_of(system, whirls), taken, changes))
     return told
 
 

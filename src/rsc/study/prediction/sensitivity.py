@@ -6,14 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.paper.predict import refuse_backwards
-from rsc.analysis.paper.predict_many import WhirlArrays, predict_many
+from rsc.analysis.paper.predict import Whirl, refuse_backwards
+from rsc.analysis.paper.predict_many import predict_many
+from rsc.analysis.several.nearby import nearby
 from rsc.analysis.several.predict import predict
+from rsc.analysis.several.whirl import SeveralWhirl
 from rsc.arguments import SCENE, SPEED, TEXTS, optional, takes
 from rsc.errors import SceneError
 from rsc.scene.scene import Scene
 from rsc.scene.values import physical_values, value_of, with_entries
-from rsc.system.system import only_one
+from rsc.system.assemble import assemble
 
 STEP = 1e-3  # relative; a quarter of the difference at half of it is the error, and taken off
 GOOD = 0.01  # of a derivative, up to which its error is no matter
@@ -28,8 +30,9 @@ class Sensitivity:
     speed : float Hz
     name : tuple of str, of every value; value : (n_values,) in SI (frequencies Hz); unit : tuple of str
     whirl : (n_whirls,) Hz, their frequencies; stable : (n_whirls,) bool
+    pressed : (n_whirls,) tuples of the names of the closed contacts, each empty with one contact
     frequency : (n_values, n_whirls) Hz; a hundredth of it is the change by 1 % of the value
-    rotor_amplitude : m; normal_force : N; growth_rate : 1/s; alike
+    rotor_amplitude : m; normal_force : N; growth_rate : 1/s; alike; with several contacts at the one that is pressed hardest
     good : (n_values, n_whirls) bool, whether differences of two steps agree within 1 %; NaN and not good where the whirl ends so
         close that a step has none
     """
@@ -40,6 +43,7 @@ class Sensitivity:
     unit: tuple[str, ...]
     whirl: NDArray[np.float64]
     stable: NDArray[np.bool_]
+    pressed: tuple[tuple[str, ...], ...]
     frequency: NDArray[np.float64]
     rotor_amplitude: NDArray[np.float64]
     normal_force: NDArray[np.float64]
@@ -72,7 +76,6 @@ def sensitivity(scene: Scene, speed: float | str | None = None, values: str | Se
     """
     at = scene.drive.speed[0] if speed is None else float(speed)
     refuse_backwards("sensitivity", at)
-    only_one(scene.contacts)
     known = physical_values(scene)
     names = tuple(known) if values is None else (values,) if isinstance(values, str) else tuple(values)
     for name in names:
@@ -85,11 +88,10 @@ def sensitivity(scene: Scene, speed: float | str | None = None, values: str | Se
     good = np.zeros(shape, dtype=bool)
     places, stepped = _stepped(scene, {name: known[name] for name in names})
     if whirls and stepped:
-        near = np.array([whirl.frequency for whirl in whirls])
-        arrays = predict_many(stepped, [at], near)
+        rows = _rows(stepped, at, whirls)
         good[places] = True
         for quantity in QUANTITIES:
-            derivative, error = _differences(arrays, quantity)
+            derivative, error = _differences(rows[quantity])
             scale = np.abs([getattr(whirl, quantity) for whirl in whirls])
             derivatives[quantity][places] = derivative
             good[places] &= (error <= GOOD * np.abs(derivative)) | (error <= NOTHING * scale)
@@ -100,6 +102,7 @@ def sensitivity(scene: Scene, speed: float | str | None = None, values: str | Se
         unit=tuple(value_of(scene, name).unit for name in names),
         whirl=np.array([whirl.frequency for whirl in whirls]),
         stable=np.array([whirl.stable for whirl in whirls], dtype=bool),
+        pressed=tuple(getattr(whirl, "pressed", ()) for whirl in whirls),
         good=good,
         **derivatives,
     )
@@ -118,9 +121,21 @@ def _stepped(scene: Scene, values: dict[str, float]) -> tuple[list[int], list[Sc
     return places, scenes
 
 
-def _differences(arrays: WhirlArrays, quantity: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Derivatives (n, n_whirls) by Richardson's extrapolation of two central differences, and the error of the better one."""
-    rows = getattr(arrays, quantity)[:, 0]
+def _rows(scenes: Sequence[Scene], speed: float, whirls: Sequence[Whirl]) -> dict[str, NDArray[np.float64]]:
+    """The quantities of some whirls in scenes nearly alike, (n_scenes, n_whirls) each; NaN where a scene has no such whirl."""
+    if len(scenes[0].contacts) == 1:
+        arrays = predict_many(scenes, [speed], np.array([whirl.frequency for whirl in whirls]))
+        return {name: getattr(arrays, name)[:, 0] for name in QUANTITIES}
+    own = [whirl for whirl in whirls if isinstance(whirl, SeveralWhirl)]
+    lists = [nearby(assemble(scene), own, speed) for scene in scenes]
+    return {
+        name: np.array([[np.nan if one is None else getattr(one, name) for one in row] for row in lists]) for name in QUANTITIES
+    }
+
+
+def _differences(rows: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Derivatives (n, n_whirls) by Richardson's extrapolation of two central differences, and the error of the better one; rows
+    (4 n, n_whirls) of the scenes of `_stepped`."""
     up, down, half_up, half_down = (rows[k::4] for k in range(4))
     coarse, fine = (up - down) / (2.0 * STEP), (half_up - half_down) / STEP
     error = (fine - coarse) / 3.0

@@ -31,6 +31,8 @@ from rsc.study.run.start import run_of
 
 # s, the longest that the kernel takes from its cache; compiling takes longer
 LOADED = 3.0
+# s of processor time to compile the kernel: for any scene, and more for each coordinate (9 s with 1, 22 s with 24, 44 s with 36)
+COMPILED, COMPILED_EACH = 8.0, 1.0
 # an error per step above this share of the largest motion leaves small quantities wrong
 COARSE = 1e-4
 LONG_RUN = 1800.0  # s, from which on it is told how long a run will take
@@ -127,7 +129,8 @@ def _compile(run: Run, note: Callable[[str], object]) -> None:
     def tell() -> None:
         with contextlib.suppress(Exception):  # in a thread of its own nobody would catch it
             how_often = "once on this machine" if keeps_code() else "as every start does"
-            note(f"compiling the kernel for a scene of this kind, {how_often}: ten seconds or some more")
+            seconds = 5 * round((COMPILED + COMPILED_EACH * run.packed.model.stiffness.size / 2) / 5)
+            note(f"compiling the kernel for a scene of this kind, {how_often}: some {seconds} s of processor time")
 
     begun, timer = time.monotonic(), threading.Timer(LOADED, tell)
     timer.daemon = True
