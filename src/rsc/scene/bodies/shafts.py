@@ -121,7 +121,8 @@ class Stations:
             made = divided(self.shaft, top, source, values["elements"])
             switched = switched_models(lambda time: model_of(self._until(time), made.nodes, source), list(self._off))
         except DataError as error:
-            table.refuse("bearings", [float(f"{one.place:.6g}") for one in self.shaft.supports], "bearings that support the shaft", error.problem)
+            at = [float(f"{one.place:.6g}") for one in self.shaft.supports]
+            table.refuse("bearings", at, "bearings that support the shaft", error.problem)
         values.refuse_untaken()
         sections = len(self.shaft.sections)
         origin = f"{source} has {sections} sections and {made.words}"
