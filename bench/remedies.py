@@ -58,7 +58,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--starts", type=int, default=16)
-    parser.add_argument("--write", action="store_true", help="write the table to bench/results")
+    parser.add_argument("--write", action="store_true", help="write the table to bench/results, anew after every machine")
     options = parser.parse_args()
     ill, cured, several, false, rows = 0, 0, 0, 0, []
     for number in range(options.first, options.first + options.count):
@@ -68,14 +68,14 @@ def main():
         several += len(remedies.helping) > 1
         print(f"{number}: {text}\n{time.process_time() - begun:.0f} s", flush=True)
         rows.append(row_of(number, remedies, wrong))
-    told = f"{options.count} machines, {ill} with a backward motion that lasts or runs away, {cured} of them with a remedy, "
-    told += f"{several} with more than one; {false} first remedies false."
+        told = f"{len(rows)} machines, {ill} with a backward motion that lasts or runs away, {cured} of them with a remedy, "
+        told += f"{several} with more than one; {false} first remedies false."
+        if options.write:
+            command = f"python bench/remedies.py {len(rows)} --seed {options.seed} --first {options.first}"
+            head = ["| machine | backward motions | first remedy | further ones | false |", "|---|---|---|---|---|"]
+            command, text = f"{command} --starts {options.starts} --write", "\n".join([told, "", *head, *rows])
+            write_page(RESULTS / "remedies.md", "First remedies, judged by a new list", command, text)
     print(told)
-    if options.write:
-        command = f"python bench/remedies.py {options.count} --seed {options.seed} --first {options.first}"
-        head = ["| machine | backward motions | first remedy | further ones | false |", "|---|---|---|---|---|"]
-        command, text = f"{command} --starts {options.starts} --write", "\n".join([told, "", *head, *rows])
-        write_page(RESULTS / "remedies.md", "First remedies, judged by a new list", command, text)
     return 1 if false else 0
 
 

@@ -77,7 +77,7 @@ class ImpactFacts:
 
     severity : Severity; speed : float Hz; motion : str; frequency : float Hz; force_max : float N; border : Border
     hits : int, of so many impacts, random ones, of at most largest N s
-    smallest : SmallestImpact that starts a whirl of the list, or None; starts : str, the kind of that whirl
+    smallest : SmallestImpact that starts a whirl of the list, or None; starts : str, that whirl, named as `motion`
     held : tuple of Held, what a drive with a torque makes of the motion
     assumed : tuple of AssumedRoll, where it would end with a contact diameter, of one that runs away
     """
@@ -154,7 +154,7 @@ def impact_facts(listed: Motions, features: Features | None = None, speeds: Sequ
     return ImpactFacts(
         severity=_severity(worst, listed),
         speed=listed.speed,
-        motion=name_of({name: own.motion for name, own in worst.contacts.items()}) if worst.contacts else worst.motion,
+        motion=_name(worst),
         frequency=worst.frequency,
         force_max=max((own.force_max for own in worst.contacts.values()), default=worst.force_max),
         border=worst.border,
@@ -162,10 +162,15 @@ def impact_facts(listed: Motions, features: Features | None = None, speeds: Sequ
         impacts=listed.starts,
         largest=listed.largest,
         smallest=smallest,
-        starts=listed.motions[smallest.motion].motion if smallest else "",
+        starts=_name(listed.motions[smallest.motion]) if smallest else "",
         held=worst.held,
         assumed=() if worst.bounded else listed.assumed,
     )
+
+
+def _name(motion: LastingMotion) -> str:
+    """What a motion is, of several contacts at which."""
+    return name_of({name: own.motion for name, own in motion.contacts.items()}) if motion.contacts else motion.motion
 
 
 def _severity(motion: LastingMotion, listed: Motions) -> Severity:

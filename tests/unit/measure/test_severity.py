@@ -1,12 +1,14 @@
 """What a verdict says: severities, the coverage of random impacts, the order of danger."""
 
 import math
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import rsc
-from rsc.measure.catalogue import LastingMotion, Motions
+from rsc.measure.catalogue import LastingMotion, Motions, SmallestImpact
 from rsc.measure.kinds import Kind
 from rsc.measure.severity import RunFacts, Severity, Verdict, severity_of, verdict_of
 from rsc.show.words.verdict import MEANINGS, ON_RACE, PASSING, sentences, verdict_text
@@ -99,6 +101,17 @@ def test_what_runs_away_has_no_size_whether_an_impact_starts_it_or_not(ended):
     away = motion(Kind.RUNNING_AWAY, 1e10, border=Border(2.5e6, 623.0, math.nan, 2.9e6, math.nan))
     text = verdict_text(verdict_of(None, None, (), [listed([away, NOTHING], ended)]))
     assert "does not bound" in text and "beyond the model" not in text and "623" not in text and "e+06" not in text
+
+
+def test_at_several_contacts_the_smallest_impact_starts_what_the_verdict_names():
+    at = {name: SimpleNamespace(motion=Kind.ROLLING, force_max=900.0) for name in ("seal", "bush")}
+    rolling, sliding = replace(motion(Kind.ROLLING, 900.0), contacts=at), motion(Kind.SLIDING, 10.0)
+    smallest = SmallestImpact(1.0, 0.0, 0.1, 0.5, 6, 0, 100.0, 0.01, "seal")
+    made = listed([rolling, sliding, NOTHING], [0] * 8 + [1] * 8, smallest=smallest)
+    text = verdict_text(verdict_of(None, None, (), [made]))
+    assert "impact starts backward whirl, rolling at seal and bush" in text and "which starts" not in text
+    other = verdict_text(verdict_of(None, None, (), [replace(made, smallest=replace(smallest, motion=1))]))
+    assert "(which starts backward whirl, sliding)" in other
 
 
 def test_nothing_found_states_the_coverage():
