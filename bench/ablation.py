@@ -55,10 +55,10 @@ FROM_PHASES = [
     ("turns_after", "", "from rsc.kernel.turn import cos_sin"),
 ]
 
-NO_POWERS = [("rhs._uncoupled", "return a, (), vec.product(v, imposed), (), ()", "return a, (), motion[2], (), ()")]
+NO_POWERS = [("rhs._uncoupled", "return a, (), vec.product(v, imposed), (), (), ()", "return a, (), motion[2], (), (), ()")]
 ADDRESSES = (
     "_addresses_of(model.damping_columns, model.gyroscopic_columns, model.stiffness_columns, model.rotating_columns, "
-    "model.following_stiffness)"
+    "model.following_stiffness, model.states)"
 )
 FIRST = "first_share(con, start, h, weight), vec.fma(part, p.drive, before.drive)"
 STAGE_DRIVEN = "vec.fma(weight, vec.product(v, imposed), work.drive)"

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 PERMANENT, ROLLING, ARC, LEAST_TURNS, SENSE_TURNS = 0.99, 0.5, 0.5, 3.0, 2.0
+NEAR = 6e-3  # of the surface speed, the difference of two speeds: slip so close to its limit may lie on either side
 CENTRE = 1e-3  # of the gap: a deflection from which the sense of its turning tells nothing
 BACKWARD = {"backward whirl, sliding", "backward whirl, rolling", "bouncing backward whirl"}
 SELF_EXCITED = BACKWARD | {"forward whirl"}
@@ -33,6 +34,7 @@ class Signals:
         sigma = np.clip(slip / m.slip, -1.0, 1.0) if m.radius >= 0.0 else np.ones(len(slip))
         self.friction = m.friction * sigma * self.force
         self.rolls = self.touch & (abs(slip) < m.slip) & (m.radius >= 0.0)
+        self.near = self.touch & (abs(abs(slip) - m.slip) < NEAR * abs(speed * m.radius)) & (m.radius >= 0.0)
         self.fed, self.heat = -self.friction * tangential, self.friction * slip  # W
         self.given, self.raced = self.friction * max(m.radius, 0.0) * speed, self.friction * run.surface
         n = len(m.row)  # cross-coupling, or damping that is negative, feeds a whirl as well as friction does
@@ -103,7 +105,7 @@ def kinds(signals, begin, end, edges=None, doubt=None):
     parts = np.diff(turn)
     shaft = abs(float(np.diff(np.interp([begin, end], signals.time, signals.shaft))[0]))
     turned, share = abs(float(turn[-1] - turn[0])), touch.mean()
-    rolling = signals.rolls[own][touch].mean() if touch.any() else 0.0
+    rolling, near = (values[own][touch].mean() if touch.any() else 0.0 for values in (signals.rolls, signals.near))
     arc = abs(signals.d[own][touch].mean()) / signals.gap if touch.any() else 0.0
     work, scale = signals.fed[own].sum(), np.abs(signals.fed[own]).sum()
     beside_shaft = abs(turned - shaft) - max(0.75, 0.01 * shaft)
@@ -118,7 +120,7 @@ def kinds(signals, begin, end, edges=None, doubt=None):
         _sides(turned, SENSE_TURNS, doubt.turns),
         _sides(shaft, LEAST_TURNS, doubt.least),
         _sides(share, PERMANENT, min(doubt.share, max(3.0 / max(len(touch), 1), doubt.share))) if share < 1.0 else {True},
-        _sides(rolling, ROLLING, doubt.rolling),
+        _sides(rolling, ROLLING, doubt.rolling + near),
         _sides(share, 0.5, 2.0 * doubt.share),
         {True, False} if abs(work) <= 2e-3 * scale else {bool(work > 0.0)},
         _sides(-beside_shaft, 0.0, 0.1 + 0.002 * shaft + loops),

@@ -7,12 +7,12 @@ import numpy as np
 
 from answers_labels import kinds
 from drive_outcomes import judged_held
-from product_witness import Runs, beside
+from product_witness import Runs
 from rsc.measure.catalogue import WHIRLING
 from rsc.measure.kinds import SELF_EXCITED, Kind
 from rsc.study.motions.motions import Search
 from rsc.study.motions.settle import shown
-from third_engine import TooStiff, prescribed, run, state_of
+from third_engine import TooStiff, beside, prescribed, run, state_of
 
 MOST_BLOCKS, ALIKE, LAST = 40, 0.01, 6  # blocks of a run; change from block to block of one at rest; blocks of one that is not
 STEADY, RESTLESS = (0.02, 0.05, 0.1), (0.1, 0.3, 0.5)  # of frequency, deflection, force: up to which two motions are one
@@ -178,15 +178,17 @@ def told(ends):
 
 
 def _started(follower, listed, motion):
-    """Impacts that are said to end in a motion."""
+    """Impacts that are said to end in a motion; skipped where runs from beside one end in several."""
+    disagree = False
     index = next(i for i, one in enumerate(listed.motions) if one is motion)
     hits = np.flatnonzero(listed.ended == index)[:IMPACTS].tolist()
     for k in hits:
         state = follower.hit(complex(*listed.impulse[k]), k % len(follower.system.contacts))
-        for number in range(3):
-            if is_that(*follower.end(beside(state, follower.runs.machine, number)), motion):
-                return ""
-    return f"none of impacts {hits} ends in {motion.motion}"
+        ends = [follower.end(beside(state, follower.runs.machine, number)) for number in range(3)]
+        if any(is_that(*end, motion) for end in ends):
+            return ""
+        disagree |= len({tuple(frozenset(place.kinds) for place in places) for places, _ in ends}) > 1
+    return "skipped" if disagree else f"none of impacts {hits} ends in {motion.motion}"
 
 
 def _smallest(follower, listed):

@@ -14,7 +14,9 @@ from rsc.measured.virtual import write_measured
 from rsc.show.words.answer import answer
 
 DOUBT = 0.15  # turns by which a limit may be missed
+LINE_DOUBT = 0.1  # by which a share of a line may be: windows of different shape
 TURNS, SENSE, PARTS = 3.0, 2.0, 8  # of docs/users/measured.md: least turns, least turns of a sense, parts of a window
+BINS = 3.0  # around minus the rotor speed that may be the ellipse of unequal supports
 SILENT = "two probes see neither contact nor force"
 
 
@@ -30,6 +32,13 @@ def of_measured(result, signals):
     for topic, text in answer(report):
         judge = judges.get(topic)
         yield f"measured {topic}", text, list(judge(text)) if judge else ["skipped"]
+
+
+def _backward_line(own):
+    """(bins of the window, share of the root mean square about the mean) of the largest backward line."""
+    motion = own - own.mean()
+    lines = np.abs(np.fft.fft(motion, 8 * len(motion)))[4 * len(motion) :] / len(motion)
+    return (lines.argmax() - len(lines)) / 8.0, lines.max() / np.sqrt(np.mean(np.abs(motion) ** 2))
 
 
 class _Seen:
@@ -54,7 +63,10 @@ class _Seen:
         if whole < SENSE + DOUBT or (turned.min() < DOUBT and turned.max() > -DOUBT):
             told |= {"turns neither way"}
         if whole > SENSE - DOUBT and turned.max() < DOUBT:
-            told |= {"backward whirl"}
+            line, share = _backward_line(own)  # a whirl has at least half
+            told |= {"backward whirl"} if share > 0.5 - LINE_DOUBT else set()
+            # the ellipse of a rotor without contact turns backward at minus its speed
+            told |= {"turns neither way"} if share < 0.5 + LINE_DOUBT or abs(line + shaft) < BINS + 1.0 else set()
         if whole > SENSE - DOUBT and turned.min() > -DOUBT:
             off = abs(whole - shaft) - max(0.75, 0.01 * shaft)
             told |= {"turns with the shaft"} if off < DOUBT else set()

@@ -7,10 +7,10 @@ import numpy as np
 from answers_engine import Drive, Samples, State, machine_of
 from answers_labels import Signals
 from answers_motions import AtSpeed
-from answers_witness import DISTURBED, Witness
+from answers_witness import Witness
 from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
-from third_engine import GAP, RADIUS, prescribed, run, state_of, torque_of
+from third_engine import GAP, RADIUS, beside, prescribed, run, state_of, torque_of
 from third_engine import machine_of as whole_machine_of
 
 LOST = 1e5  # gaps, of a run that has diverged
@@ -63,17 +63,6 @@ class Runs:
             lost = bool(np.abs(rotor - stator).max() > LOST * machine.gap)
             told.append(Signals(Samples(machine, drive, path.time, rotor, stator, rotor_rate, stator_rate, None, lost, surface)))
         return told
-
-
-def beside(state, machine, number):
-    """A state of `march` beside another: its velocities changed by a small share, its places by a small part of the gap."""
-    if not number:
-        return state
-    dice, c, each = np.random.default_rng(number), len(machine.rows), 2 * machine.rows.shape[1]
-    changed = state.copy()
-    changed[2 + c : 2 + c + each] += DISTURBED * machine.surfaces[:, GAP].min() * dice.normal(size=each)
-    changed[2 + c + each :] *= 1.0 + DISTURBED * dice.normal(size=each)
-    return changed
 
 
 class ContactWitness(Witness):

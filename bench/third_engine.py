@@ -271,10 +271,25 @@ def _creep(path):
     return fastest
 
 
-def release(system, start, turns, speed, table, duration, finer=1.0):
-    """A Path from an InitialState and turns of the shaft, at a speed in Hz, under a torque (k, 2) of Hz and N m."""
+DISTURBED = 1e-4  # share of the velocities, and of the gap, by which runs from beside a start differ
+
+
+def beside(state, machine, number):
+    """A state of `march` beside another: its velocities changed by a small share, its places by a small part of the gap."""
+    if not number:
+        return state
+    dice, c, each = np.random.default_rng(number), len(machine.rows), 2 * machine.rows.shape[1]
+    changed = state.copy()
+    changed[2 + c : 2 + c + each] += DISTURBED * machine.surfaces[:, GAP].min() * dice.normal(size=each)
+    changed[2 + c + each :] *= 1.0 + DISTURBED * dice.normal(size=each)
+    return changed
+
+
+def release(system, start, turns, speed, table, duration, finer=1.0, number=0):
+    """A Path from an InitialState (number: from beside it, 0 for itself) and turns of the shaft, at a speed in Hz, under a torque
+    (k, 2) in Hz and N m."""
     m = machine_of(system)
     radii = m.surfaces[:, RADIUS] + m.surfaces[:, GAP]  # InitialState has the speeds of surfaces
     state = state_of(start, turns, speed, len(m.rows))
     state[2 : 2 + len(radii)] /= np.where(radii > 0.0, radii, 1.0)
-    return run(m, torque_of(system.drive.inertia, table), state, duration, finer)
+    return run(m, torque_of(system.drive.inertia, table), beside(state, m, number), duration, finer)

@@ -16,6 +16,7 @@ from rsc.scene.bodies.drawn import KINDS, DrawnReader
 from rsc.scene.bodies.models import ROTORS, STATORS
 from rsc.scene.bodies.reduced import Reduction
 from rsc.scene.bodies.shaft_keys import MaterialKeys, ShaftRotor
+from rsc.scene.bodies.states import MagneticBearing, States
 from rsc.scene.files.matrix_files import MatrixReader
 from rsc.scene.keys.keys import (
     LONGEST_NAME,
@@ -37,7 +38,7 @@ from rsc.scene.keys.keys import (
     Text,
     plain,
 )
-from rsc.scene.keys.nested import Ends, Tables
+from rsc.scene.keys.nested import Ends, Inner, Tables
 from rsc.scene.scene import MAX_TITLE
 from rsc.scene.tables.clearances import MAX_CLEARANCES, Clearance
 from rsc.scene.tables.contacts import MAX_CONTACTS, Contact
@@ -56,6 +57,7 @@ SCHEMA = ROOT / "docs" / "users" / "scene.schema.json"
 BODIES = {"rotor": ROTORS, "stator": STATORS}
 SECTIONS = {"contact": Contact, "drive": Drive, "start": Start, "solver": Solver, "output": Output}
 SECTIONS |= {"reduction": Reduction, "clearance": Clearance, "limits": Limits, "report": Display}
+INSIDE = {"states": States, "magnetic_bearings": MagneticBearing}  # tables inside a body
 LISTED = ("clearance",)  # of which there may be any number
 NEEDED = ["rotor", "stator", "contact", "drive"]
 # a number and the name of a unit; that the unit fits the key is for rsc to check
@@ -124,6 +126,11 @@ def _(reader: Keyed):
 @form.register
 def _(reader: Tables):
     return {"type": "array", "items": section_schema(reader.section), "minItems": reader.least}
+
+
+@form.register
+def _(reader: Inner):
+    return section_schema(reader.section)
 
 
 @form.register
@@ -212,6 +219,11 @@ def _(reader: Tables):
 
 
 @words.register
+def _(reader: Inner):
+    return "table, see below", "", ""
+
+
+@words.register
 def _(reader: Ends):
     kind, unit, span = words(reader.item)
     return f"{kind}, or two, [left, right]", unit, span
@@ -286,6 +298,7 @@ def tables():
             title, keys = f"### `model = \"{model}\"` ({name})", fields(section)
             parts.append(f"{title}\n\n{_about(section)}" + (f"\n\n{table(section)}" if keys else " It has no other keys."))
             parts += _nested(section) if section is ShaftRotor else []
+    parts += [f"### `{name}` of a body\n\n{_plain(own)}\n\n{table(own)}" for name, own in INSIDE.items()]
     for name, section in SECTIONS.items():
         absent = "" if name in NEEDED else " The whole table may be left out."
         head = f"[[{name}]]" if name in LISTED else f"[{name}]"
@@ -305,6 +318,11 @@ def _nested(section):
         parts += [(item.name, reader.section) for reader in readers if isinstance(reader, Tables)]
     named = [*parts, ("material", MaterialKeys)]
     return [f"#### Each of `{name}` of a shaft\n\n{own.__doc__}\n\n{table(own)}" for name, own in named]
+
+
+def _plain(section):
+    """The docstring of a section on one line."""
+    return " ".join(section.__doc__.split())
 
 
 def names_of_units():

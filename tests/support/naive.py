@@ -56,7 +56,7 @@ def followed(rotor, omega, r, r_dot):
 
 
 def rhs(system):
-    """f(t, y) of the first-order system, y = [r, s, r', s'] complex."""
+    """f(t, y) of the first-order system, y = [r, s, r', s', z of the rotor, z of the stator] complex."""
     n, m, rotor = system.n_rotor, system.n_stator, system.rotor
 
     def directed(body, r, r_dot):
@@ -68,8 +68,16 @@ def rhs(system):
                 total = total if matrix is None else total + matrix @ vector
         return total
 
+    def first_order(body, z, r, r_dot):
+        """(force on the right side of a body's equation, z') of its first-order states."""
+        if body.state_matrix is None:
+            return 0.0, z
+        return body.state_force @ z, body.state_matrix @ z + body.state_displacement @ r + body.state_velocity @ r_dot
+
     def f(t, y):
-        r, s, r_dot, s_dot = np.split(y, [n, n + m, 2 * n + m])
+        r, s, r_dot, s_dot, z_r, z_s = np.split(y, np.cumsum([n, m, n, m, rotor.n_states]))
+        pull, z_r_dot = first_order(rotor, z_r, r, r_dot)
+        pull_s, z_s_dot = first_order(system.stator, z_s, s, s_dot)
         omega, omega_dot = system.speed_at(t), speed_rate(system, t)
         force, _ = contact_force(system, r, r_dot, s, s_dot, t)
         turn = np.exp(1j * phase(system, t))
@@ -80,21 +88,23 @@ def rhs(system):
         imposed = imposed - followed(rotor, omega, r, r_dot)
         r_acc = np.linalg.solve(
             system.rotor.mass,
-            imposed - damping @ r_dot - rotor.stiffness @ r - rotor.contact * force - directed(rotor, r, r_dot),
+            imposed + pull - damping @ r_dot - rotor.stiffness @ r - rotor.contact * force - directed(rotor, r, r_dot),
         )
         s_acc = s_dot
         if m:
-            right = system.stator.contact * force - system.stator.damping @ s_dot - system.stator.stiffness @ s
+            right = system.stator.contact * force + pull_s - system.stator.damping @ s_dot - system.stator.stiffness @ s
             s_acc = np.linalg.solve(system.stator.mass, right - directed(system.stator, s, s_dot))
-        return np.concatenate([r_dot, s_dot, r_acc, s_acc])
+        return np.concatenate([r_dot, s_dot, r_acc, s_acc, z_r_dot, z_s_dot])
 
     return f
 
 
 def integrate(system, start, times, rtol=1e-10):
     """(rotor, stator) at the times by scipy's DOP853, kinks passed over with small steps."""
-    y0 = np.concatenate([start.rotor, start.stator, start.rotor_velocity, start.stator_velocity])
-    atol = rtol * system.contact.gap * np.repeat([1e-2, 1.0], [y0.size // 2, y0.size // 2])
+    p, moving = system.rotor.n_states + system.stator.n_states, system.n_rotor + system.n_stator
+    states = np.zeros(p) if start.states is None else start.states
+    y0 = np.concatenate([start.rotor, start.stator, start.rotor_velocity, start.stator_velocity, states])
+    atol = rtol * system.contact.gap * np.repeat([1e-2, 1.0], [moving, moving + p])
     solution = solve_ivp(
         rhs(system), (times[0], times[-1]), y0, "DOP853", times, rtol=rtol, atol=atol, max_step=1e-3
     )

@@ -9,6 +9,7 @@ from rsc.kernel.race import without_ways
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined
 from rsc.kernel.simd.static import question, static
+from rsc.kernel.states import matrices_in, matrices_of, without_integrals
 from rsc.kernel.turn import TWO_PI, Turn, cos_sin_at, pick, turned, turns_of
 
 
@@ -24,6 +25,7 @@ class Clock(NamedTuple):
     sin: float
     following: tuple  # see `Segment`
     torque: tuple  # `drive.TorqueLine` of the step that starts here, () if the speed is prescribed
+    states: tuple  # see `Segment`
 
 
 class Segment(NamedTuple):
@@ -37,6 +39,7 @@ class Segment(NamedTuple):
     # that enclose the segment; () if all are constant
     following: tuple
     torque: tuple  # `drive.torque_in`
+    states: tuple  # `states.matrices_in`
 
 
 class Corners(NamedTuple):
@@ -47,6 +50,7 @@ class Corners(NamedTuple):
     count: int
     following: tuple  # `model.following_of`
     torque: tuple  # `drive.torques_of`
+    states: tuple  # `states.matrices_of`
 
 
 @inlined
@@ -54,7 +58,7 @@ def corners_of(model):
     """The Corners of a model."""
     following = following_of(model.following_stiffness, model.following_damping, model.corner_interval)
     times, speeds, count = vec.address(model.corner_time), vec.address(model.corner_speed), model.corner_time.shape[0]
-    return Corners(times, speeds, count, following, torques_of(model.drive))
+    return Corners(times, speeds, count, following, torques_of(model.drive), matrices_of(model.states))
 
 
 @static
@@ -86,7 +90,8 @@ def segment_of(corners, i):
     t0, t1 = vec.number_at(corners.time, i), vec.number_at(corners.time, i + 1)
     f0 = vec.number_at(corners.speed, i)
     rate = (vec.number_at(corners.speed, i + 1) - f0) / (t1 - t0)
-    return Segment(t0, t1, f0, rate, _matrices_of(corners.following, i), torque_in(corners.torque, i))
+    following, torque = _matrices_of(corners.following, i), torque_in(corners.torque, i)
+    return Segment(t0, t1, f0, rate, following, torque, matrices_in(corners.states, i))
 
 
 @inlined
@@ -94,7 +99,7 @@ def clock_at(segment, hi, lo, phase):
     """The Clock at a time and phase, for a prescribed speed."""
     speed = segment.speed + segment.speed_rate * ((hi - segment.begin) + lo)
     c, s = cos_sin_at(phase)
-    return Clock(hi, lo, phase, speed, segment.speed_rate, c, s, segment.following, ())
+    return Clock(hi, lo, phase, speed, segment.speed_rate, c, s, segment.following, (), segment.states)
 
 
 @inlined
@@ -139,7 +144,7 @@ def clock_in(con, segment, hi, lo, phase, v):
     omega = speed_of(con.drive, v)
     c, s = cos_sin_at(phase)
     following, line = _between_knots(con, segment.following, omega, True, line_at(segment.torque, omega, True))
-    return Clock(hi, lo, phase, omega / TWO_PI, 0.0, c, s, following, line)
+    return Clock(hi, lo, phase, omega / TWO_PI, 0.0, c, s, following, line, segment.states)
 
 
 @static
@@ -153,7 +158,8 @@ def planned(con, segment, clock, h):
     hi, lo = _later(clock, h)
     if h >= (segment.end - clock.hi) - clock.lo:
         hi, lo = segment.end, 0.0
-    return Clock(hi, lo, clock.phase, clock.speed, 0.0, clock.cos, clock.sin, clock.following, clock.torque)
+    c = clock
+    return Clock(hi, lo, c.phase, c.speed, 0.0, c.cos, c.sin, c.following, c.torque, c.states)
 
 
 @inlined
@@ -186,7 +192,7 @@ def reached(con, clock, end, x, v):
     phase = _phase_reached(con, clock, x)
     c, s = cos_sin_at(phase)
     speed = speed_of(con.drive, v) / TWO_PI
-    return Clock(end.hi, end.lo, phase, speed, 0.0, c, s, end.following, clock.torque)
+    return Clock(end.hi, end.lo, phase, speed, 0.0, c, s, end.following, clock.torque, end.states)
 
 
 @static
@@ -197,15 +203,18 @@ def settled(con, segment, clock, a):
     omega, rate = TWO_PI * clock.speed, speed_of(con.drive, a)
     line = line_at(segment.torque, omega, rate > 0.0)
     following, line = _between_knots(con, clock.following, omega, rate > 0.0, line)
-    return Clock(clock.hi, clock.lo, clock.phase, clock.speed, rate / TWO_PI, clock.cos, clock.sin, following, line)
+    c = clock
+    return Clock(c.hi, c.lo, c.phase, c.speed, rate / TWO_PI, c.cos, c.sin, following, line, c.states)
 
 
 @static
 def at_start(con, x):
-    """Coordinates at the start of a step: the angle of an integrated speed and distances travelled by races are reset to zero."""
+    """Coordinates at the start of a step: the angle of an integrated speed, distances travelled by races and integrals of states
+    are reset to zero."""
+    fresh = without_integrals(con, x)
     if not is_driven(con):
-        return without_ways(con.contacts, x)
-    return without_ways(con.contacts, x - angle_of(con.drive, x) * con.drive.spin)
+        return without_ways(con.contacts, fresh)
+    return without_ways(con.contacts, fresh - angle_of(con.drive, fresh) * con.drive.spin)
 
 
 @inlined

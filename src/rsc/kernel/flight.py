@@ -339,7 +339,8 @@ def _recorded(con, records, tally, begin, block, clock_end, sample):
         x, v = _state(con, block.first, unit, (begin.x, begin.v), block.nodes.force)
         tau, number = (unit + 1.0) / flight.unit_rate, block.number + unit + 1
         turn = turn_for_all(con.contacts, c, tau, (x, v))
-        clock = Clock(number / flight.unit_rate, 0.0, c.phase, c.speed, c.speed_rate, c.cos, c.sin, c.following, c.torque)
+        hi = number / flight.unit_rate
+        clock = Clock(hi, 0.0, c.phase, c.speed, c.speed_rate, c.cos, c.sin, c.following, c.torque, c.states)
         if unit == block.units - 1:  # with the bits of a run that goes on from there
             clock, turn = clock_end, turn_of(clock_end)
         new = Point(x, v, clock, contact_kinematics(con.contacts, x, v, turn), start.rate_slopes)

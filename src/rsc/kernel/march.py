@@ -356,7 +356,7 @@ def _stage(con, segment, contacts, flight, clock):
     end = segment.end
     if _all_open(contacts.each):
         end = min(end, next_time(con, flight, clock))
-    return Segment(segment.begin, end, segment.speed, segment.speed_rate, segment.following, segment.torque)
+    return Segment(segment.begin, end, segment.speed, segment.speed_rate, segment.following, segment.torque, segment.states)
 
 
 @static

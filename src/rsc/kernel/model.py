@@ -14,6 +14,7 @@ from rsc.kernel.race import race_of
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import anywhere, inlined
 from rsc.kernel.simd.static import question, static
+from rsc.kernel.states import states_of
 
 
 class ContactData(NamedTuple):
@@ -79,6 +80,7 @@ class Model(NamedTuple):
     # `drive.DriveData` if the speed is integrated: `unbalance` is then zero and vectors have one more pair at the end
     drive: tuple
     flight: tuple  # `FlightData`, () if the scene has no exact flight
+    states: tuple  # `states.StateData`, () without first-order states
     watched_rows: np.ndarray  # (k, 2n) one row per clearance, like `contact_row`
     watched_gaps: np.ndarray  # (k,) m
     corner_time: np.ndarray  # (k,) s, corners of the speed schedule
@@ -116,8 +118,8 @@ MODEL_VECTORS, CONTACT_VECTORS, WORK_VECTORS = Model._fields[:7], ContactData._f
 # indices into Work.real; FLIGHT: see `flight.READY`
 (
     T_HI, T_LO, PHASE, H, CONTACT_TIME, E_CONTACT, E_FRICTION, E_DRIVE, E_ROTATING, E_FOLLOWING, E_TORQUE, E_BRAKED, FLIGHT,
-    N_REAL,
-) = range(14)  # fmt: skip
+    E_CONTROL, N_REAL,
+) = range(15)  # fmt: skip
 # indices into Work.count; LIMITED: steps near the stability limit in this window, STIFF: 1 + normal state in which found stiff
 NORMAL, FRICTION, SAMPLES, SEGMENT, RHS_CALLS, STEPS, REJECTED, SWITCHES, ONSETS, RELEASES, LIMITED, STIFF, N_COUNT = range(13)
 
@@ -200,6 +202,7 @@ class Constants(NamedTuple):
     following: tuple  # see `following_of`, () if all coefficients are constant
     drive: tuple  # `drive.Drive`, () if the speed is prescribed
     flight: tuple  # `Flight`, () if the scene has no exact flight
+    states: tuple  # `states.States`, () without first-order states
 
 
 class Flight(NamedTuple):
@@ -232,15 +235,15 @@ def _address_of(columns):
 @question
 def _one_is_there(*matrices):
     """Whether at least one of the matrices is present."""
-    return any(map(is_array, matrices))
+    return not all(map(is_none, matrices))
 
 
 @static
-def _addresses_of(damping, gyroscopic, stiffness, rotating, following):
-    """See `Constants.columns`; with rotating damping not (), since that uses the code for full matrices."""
+def _addresses_of(damping, gyroscopic, stiffness, rotating, following, states):
+    """See `Constants.columns`; with rotating damping or states not (), since those use the code for full matrices."""
     if _one_is_there(stiffness, following):
         return _address_of(damping), _address_of(gyroscopic), _address_of(stiffness)
-    if _one_is_there(damping, gyroscopic, rotating):
+    if _one_is_there(damping, gyroscopic, rotating, states):
         return _address_of(damping), _address_of(gyroscopic)
     return ()
 
@@ -320,9 +323,11 @@ def constants(model, width):
             model.stiffness_columns,
             model.rotating_columns,
             model.following_stiffness,
+            model.states,
         ),
         rotating=_where_there_is(model.rotating_columns),
         following=following_of(model.following_stiffness, model.following_damping, model.corner_interval),
         drive=drive,
         flight=_flight_of(model.flight),
+        states=states_of(model.states, width),
     )

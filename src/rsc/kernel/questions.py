@@ -74,6 +74,12 @@ def damping_follows(field):
 
 
 @question
+def has_states(con):
+    """Whether there are first-order states."""
+    return not is_none(type_of(con, "states"))
+
+
+@question
 def has_no_sums(work):
     """Whether `rhs.Powers` belong to one state and are not sums over the stages of a step."""
     return is_none(type_of(work, "drive"))

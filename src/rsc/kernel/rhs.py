@@ -10,6 +10,7 @@ from rsc.kernel.questions import (
     damping_follows,
     follows,
     has_no_sums,
+    has_states,
     is_coupled,
     is_driven,
     is_none,
@@ -22,6 +23,7 @@ from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import branched
 from rsc.kernel.simd.jit import inlined, unrolled
 from rsc.kernel.simd.static import static
+from rsc.kernel.states import controlled, fed_by_control, with_control
 
 
 class Powers(NamedTuple):
@@ -36,14 +38,15 @@ class Powers(NamedTuple):
     rotating: object  # fed by the drive through rotating damping, per unit mass, m^2/s^3; () without it
     following: object  # fed by a speed-dependent stiffness, same units; () without it
     spin: object  # pair (drive torque, braking friction torque), W; () if the speed is prescribed
+    control: object  # W, fed by first-order states; () without them
 
 
 @unrolled
 def no_powers(con):
     """Powers all zero, the start of a summation."""
-    rotating, following = (0.0 if has(con) else () for has in (rotates, follows))
+    rotating, following, control = (0.0 if has(con) else () for has in (rotates, follows, has_states))
     none = (0.0,) * len(type_of(con, "contacts"))
-    return lambda con: Powers((), (), none, none, none, rotating, following, no_spin(con))
+    return lambda con: Powers((), (), none, none, none, rotating, following, no_spin(con), control)
 
 
 class Field(NamedTuple):
@@ -55,12 +58,13 @@ class Field(NamedTuple):
     laws: tuple  # a `StateLaw` for each contact
     following: tuple  # addresses of the speed-dependent matrices, see `clock.Segment`
     torque: tuple  # `clock.Clock`
+    states: tuple  # `clock.Segment`
 
 
 @inlined
 def field_itself(con, laws, clock):
     """The Field with time = 1, for accelerations and powers themselves."""
-    return Field(1.0, con.stiffness, con.damping, laws, clock.following, clock.torque)
+    return Field(1.0, con.stiffness, con.damping, laws, clock.following, clock.torque, clock.states)
 
 
 @static
@@ -194,15 +198,16 @@ def _fed(turned, weight, rotating):
 
 @inlined
 def _parts_coupled(con, field, motion, turn, pushes):
-    """With full matrices: (accelerations, imposed force, damping force, Turned, power fed by speed-dependent springs), times
-    field.time."""
+    """With full matrices: (accelerations, imposed force, damping force, Turned, power fed by speed-dependent springs,
+    Controlled), times field.time."""
     x, v, _ = motion
     imposed, following = _sprung(con, field, x, field.time * imposed_at(con, turn), turn)
     a, damping = _damped(con, field, v, turn, _linear(field, x, imposed, v), field.damping * v)
     if con.columns[1] != 0:
         a = vec.fma(field.time * turn.omega, vec.times_i(vec.times_columns(con.columns[1], v)), a)
-    turned = _turned(con, field, motion, turn)
-    return _pushed(_added(turned, a), pushes, con.contacts), imposed, damping, turned, following
+    turned, control = _turned(con, field, motion, turn), controlled(con, field, x, v)
+    a = with_control(control, _added(turned, a))
+    return _pushed(a, pushes, con.contacts), imposed, damping, turned, following, control
 
 
 @static
@@ -224,25 +229,27 @@ def _uncoupled(con, field, motion, turn, pushes, weight, work):
     imposed = field.time * _unbalance_and_load(con, turn)
     a = _pushed(_linear(field, x, imposed, v), pushes, con.contacts)
     if has_no_sums(work):
-        return a, (), vec.product(v, imposed), (), ()
+        return a, (), vec.product(v, imposed), (), (), ()
     if weight == 0.0:
-        return a, (), work.drive, (), ()
-    return a, (), vec.fma(weight, vec.product(v, imposed), work.drive), (), ()
+        return a, (), work.drive, (), (), ()
+    return a, (), vec.fma(weight, vec.product(v, imposed), work.drive), (), (), ()
 
 
 @static
 def _coupled(con, field, motion, turn, pushes, weight, work):
     """`_accelerated` with full matrices."""
     v = motion[1]
-    a, imposed, damping, turned, following = _parts_coupled(con, field, motion, turn, pushes)
+    a, imposed, damping, turned, following, control = _parts_coupled(con, field, motion, turn, pushes)
     if has_no_sums(work):
         damped, driven = _lost(turned, 1.0, v * damping), vec.product(v, imposed)
-        return a, damped, driven, _fed(turned, 1.0, work.rotating), following
+        return a, damped, driven, _fed(turned, 1.0, work.rotating), following, fed_by_control(control, 1.0, work.control)
     if weight == 0.0:
-        return a, work.damping, work.drive, work.rotating, work.following
+        return a, work.damping, work.drive, work.rotating, work.following, work.control
+    fed = fed_by_control(control, weight, work.control)
     damped = _lost(turned, weight, vec.fma(weight * v, damping, work.damping))
     driven = vec.fma(weight, vec.product(v, imposed), work.drive)
-    return a, damped, driven, _fed(turned, weight, work.rotating), _followed(con, weight, following, work.following)
+    followed = _followed(con, weight, following, work.following)
+    return a, damped, driven, _fed(turned, weight, work.rotating), followed, fed
 
 
 @static
@@ -395,6 +402,6 @@ def accelerations(con, field, state, turn, places, weight, work):
     contact state."""
     sums = work.contact, work.friction, work.ring
     pushes, lost, fed, ring, braked = _pushed_by_all(con.contacts, field.laws, places, state[1], state[2], turn, weight, sums)
-    a, damped, driven, rotating, following = _accelerated(con, field, state, turn, pushes, weight, work)
+    a, damped, driven, rotating, following, control = _accelerated(con, field, state, turn, pushes, weight, work)
     a, spin, following = _spun(con, field, state, turn, (a, braked, following), weight, work)
-    return a, Powers(damped, driven, lost, fed, ring, rotating, following, spin)
+    return a, Powers(damped, driven, lost, fed, ring, rotating, following, spin, control)

@@ -100,6 +100,24 @@ class _Following:
         return self.shaft.times_rate(_integral, x, self.by_speed) * -0.5
 
 
+class _Control:
+    """Series of what first-order states add to accelerations, times h; nothing without them."""
+
+    def __init__(self, con, bases, h):
+        self.states, self.bases, self.h, self.change = con.states, bases, h, []
+
+    def added(self, a, x, v):
+        """Accelerations with the next coefficient, from those of x and v."""
+        if not self.states:
+            return a
+        self.change.append((v.columns(self.bases[0]) + x.columns(self.bases[1])) * self.h)
+        return a + self.change[-1]
+
+    def work(self, v, none):
+        """Work on the bodies over the step, J."""
+        return (self.states.weight * _integral(v, self.change)).pair().across() if self.states else none
+
+
 class _Contact:
     """Series of a closed contact, in ascending order; factors are applied where they delay no later operation."""
 
@@ -211,7 +229,7 @@ class _Contact:
 def _expand(con, laws, places, instant, start, h, order, kind):
     """A step of length h: (coefficients of x, of v, [x, v and a at its end, integrals of the powers: damping and drive by lane],
     for every contact [fed by friction, work against the normal force if damped, fed by its ring], [fed by the drive through
-    rotating damping, by a speed-dependent stiffness], work of drive torque and of friction against it)."""
+    rotating damping, by a speed-dependent stiffness, by first-order states], work of drive torque and of friction against it)."""
     per_h, clock, following = h.reciprocal(), instant.turn, instant.following
     driven = bool(con.drive)
     shaft = Driven(con, clock, instant.torque, h) if driven else Prescribed(con, clock, h, per_h, order + 1)
@@ -222,7 +240,7 @@ def _expand(con, laws, places, instant, start, h, order, kind):
     side_rows = [contact.con.force_row.turned() for contact in contacts]
     if not kind.creeping:
         side_rows = [row * contact.law.mu for row, contact in zip(side_rows, contacts, strict=True)]
-    x, v, damping, drive = [start[0]], [start[1]], [], []
+    x, v, damping, drive, control = [start[0]], [start[1]], [], [], _Control(con, instant.states, h)
     turned = _Turned(con, shaft, h) if con.rotating else None
     none = h * 0.0
 
@@ -251,6 +269,7 @@ def _expand(con, laws, places, instant, start, h, order, kind):
             return fma(h, shaft.times(v, k).columns(base).turned(), a)
 
         a = coupled(a, 1, gyroscopic)
+        a = control.added(a, x[k], v[k])
         a = (a + turned.add(x, v[k], k) if turned else a) * part
         for contact, side_row in zip(contacts, side_rows, strict=True):
             normal, across = contact.add(k, v[k])
@@ -265,7 +284,7 @@ def _expand(con, laws, places, instant, start, h, order, kind):
         lost = coupled(damper * _integral_of_square(v[:order]), 0, lambda *_: _integral(v[:order], damping))
     fed = _integral(v[:order], drive).product(v[0])
     works = [contact.work() for contact in contacts] or [[none] * 3 for _ in con.contacts]
-    others = [none, springs.work(x[:order]) if springs else none]
+    others = [none, springs.work(x[:order]) if springs else none, control.work(v[:order], none)]
     if turned:
         taken, others[0] = turned.work()
         lost = lost + taken
@@ -294,8 +313,8 @@ def _with_turning(con, a, k, v, x, shaft, contacts, turned):
 
 def _expansion(*of):
     """Intrinsic (con, laws, contact places, `step.Instant`, (x, v), h, method) -> (coefficients of x, of v, x, v, a, damping,
-    drive, for every contact friction, normal, ring, then rotating, by_speed, spin) of `_expand`, for contact states whose laws
-    have these parts."""
+    drive, for every contact friction, normal, ring, then rotating, by_speed, control, spin) of `_expand`, for contact states
+    whose laws have these parts."""
 
     @intrinsic
     def expand(typingctx, con, laws, places, instant, start, h, method):
@@ -304,7 +323,7 @@ def _expansion(*of):
         law = laws[0]
         kind.coefficient = ROOMS[law.types[law.fields.index("spring")].instance_class].coefficient
         many, each = types.UniTuple(x, order + 1), types.UniTuple(h, len(laws))
-        result = types.Tuple((many, many, x, x, x, x, x.product_type, each, each, each, h, h, PAIR))
+        result = types.Tuple((many, many, x, x, x, x, x.product_type, each, each, each, h, h, h, PAIR))
 
         def codegen(context, builder, sig, args):
             tables = [parts(builder, sig.args[i], args[i]) for i in range(4)]

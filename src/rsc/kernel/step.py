@@ -52,6 +52,7 @@ class Instant(NamedTuple):
     turn: object
     following: tuple  # `clock.Segment`
     torque: tuple  # `clock.Clock`
+    states: tuple  # `clock.Segment`
 
 
 class Turns(NamedTuple):
@@ -169,16 +170,18 @@ def _with_each(more, before):
 @inlined
 def _series_step(con, laws, start, before, clock_end, h, method):
     """One step by Taylor series."""
-    instant, begin = Instant(turn_of(start.clock), start.clock.following, start.clock.torque), (start.x, start.v)
+    clock, begin = start.clock, (start.x, start.v)
+    instant = Instant(turn_of(clock), clock.following, clock.torque, clock.states)
     e = _expanded(con, laws, _places_of(start.kins), instant, begin, h, method)
-    x_k, v_k, x, v, a, damping, drive, friction, normal, ring, rotating, by_speed, spin = e
+    x_k, v_k, x, v, a, damping, drive, friction, normal, ring, rotating, by_speed, control, spin = e
     end = reached(con, start.clock, clock_end, x, v)
     kins = contact_kinematics(con.contacts, x, v, turn_of(end))
     lost = _lost_in(laws, start.kins, kins, normal, before.contact)
     friction, ring = _with_each(friction, before.friction), _with_each(ring, before.ring)
     damping, drive, rotating = before.damping + damping, before.drive + drive, with_share(1.0, rotating, before.rotating)
     by_speed, spin = with_share(1.0, by_speed, before.following), with_share(1.0, spin, before.spin)
-    work = Powers(damping, drive, lost, friction, ring, rotating, by_speed, spin)
+    control = with_share(1.0, control, before.control)
+    work = Powers(damping, drive, lost, friction, ring, rotating, by_speed, spin, control)
     return Step(start.x, start.v, x, v, a, start.powers, kins, x_k + v_k, work, end)
 
 
@@ -196,7 +199,8 @@ def _pair_step(con, laws, start, before, clock_end, h, method):
     a, powers = accelerations(con, field, (x, v, d_dot), turn, places, 1.0, no_powers(con))
     kins, slopes = motions(con.contacts, v, d_dot, places, turn), slopes + (h * a,)
     damping = lost_until(con, field_h, before.damping, work.damping, (begin[1], mean, v), slopes)
-    work = Powers(damping, work.drive, work.contact, work.friction, work.ring, work.rotating, work.following, work.spin)
+    w = work
+    work = Powers(damping, w.drive, w.contact, w.friction, w.ring, w.rotating, w.following, w.spin, w.control)
     return Step(*begin, x, v, a, powers, kins, slopes, work, end)
 
 
@@ -232,7 +236,9 @@ def begun(con, laws, start, before, h, method):
         # the order of statements is the order of execution: first what the next stage waits for, the ledger last; reversed, P1
         # takes 4 % longer
         p, part = start.powers, h * weight
-        field_h = Field(h, h * con.stiffness, h * con.damping, over_time(laws, h), start.clock.following, start.clock.torque)
+        clock = start.clock
+        parts = h * con.stiffness, h * con.damping, over_time(laws, h)
+        field_h = Field(h, parts[0], parts[1], parts[2], clock.following, clock.torque, clock.states)
         slope = h * start.a
         x = vec.fma(h, node * start.v, start.x)
         d = rows_times(con.contacts, x)
@@ -241,9 +247,9 @@ def begun(con, laws, start, before, h, method):
         rotating, following = (
             with_share(part, p.rotating, before.rotating), with_share(part, p.following, before.following)
         )  # fmt: skip
-        spin = with_share(part, p.spin, before.spin)
+        spin, control = with_share(part, p.spin, before.spin), with_share(part, p.control, before.control)
         damping, drive = first_share(con, start, h, weight), vec.fma(part, p.drive, before.drive)
-        work = Powers(damping, drive, lost, fed, ring, rotating, following, spin)
+        work = Powers(damping, drive, lost, fed, ring, rotating, following, spin, control)
         return field_h, (slope,), work, x, d
 
     return begun

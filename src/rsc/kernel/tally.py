@@ -12,6 +12,7 @@ from rsc.kernel.model import (
     COUNT_OF_CONTACT,
     E_BRAKED,
     E_CONTACT,
+    E_CONTROL,
     E_DRIVE,
     E_FOLLOWING,
     E_FRICTION,
@@ -29,12 +30,13 @@ from rsc.kernel.model import (
     STIFF,
     SWITCHES,
 )
-from rsc.kernel.questions import follows, is_driven, is_none, is_one, rotates
+from rsc.kernel.questions import follows, has_states, is_driven, is_none, is_one, rotates
 from rsc.kernel.race import mark_races
 from rsc.kernel.rhs import Powers, kinematics_at
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined
 from rsc.kernel.simd.static import static
+from rsc.kernel.states import as_sampled
 
 PER_REAL, PER_COUNT = len(REAL_OF_CONTACT), len(COUNT_OF_CONTACT)
 
@@ -63,6 +65,12 @@ def _load_rotating(con, real):
 def _load_following(con, real):
     """Work of speed-dependent coefficients so far; () without them."""
     return real[E_FOLLOWING] if follows(con) else ()
+
+
+@static
+def _load_control(con, real):
+    """Work of first-order states so far; () without them."""
+    return real[E_CONTROL] if has_states(con) else ()
 
 
 @static
@@ -116,7 +124,7 @@ def load_tally(con, work, width):
     lost, fed = _stored(each, real, E_CONTACT, N_REAL + 1, PER_REAL), _stored(each, real, E_FRICTION, N_REAL + 2, PER_REAL)
     ring = _stored(each, real, E_DRIVE, N_REAL + 3, PER_REAL)
     return Tally(
-        Powers(damping, drive, lost, fed, ring, rotating, following, _load_spin(con, real)),
+        Powers(damping, drive, lost, fed, ring, rotating, following, _load_spin(con, real), _load_control(con, real)),
         _stored(each, real, CONTACT_TIME, N_REAL, PER_REAL),
         count[STEPS],
         count[REJECTED],
@@ -140,6 +148,7 @@ def store_tally(work, tally, calls):
     _store(before.ring, real, E_DRIVE, N_REAL + 3, PER_REAL)
     _put_back(real, E_ROTATING, before.rotating)
     _put_back(real, E_FOLLOWING, before.following)
+    _put_back(real, E_CONTROL, before.control)
     _put_spin_back(real, before.spin)
     _store(tally.contact_times, real, CONTACT_TIME, N_REAL, PER_REAL)
     count[STEPS], count[REJECTED], count[SWITCHES] = tally.steps, tally.rejected, tally.switches
@@ -176,7 +185,8 @@ def book(con, tally, work, contacts, kins, h):
     times = _times(contacts.each, tally.contact_times, h)
     limited = tally.limited + 1 if h > contacts.near_limit else tally.limited
     counts = (tally.steps + 1, tally.rejected, tally.switches, tally.onsets, tally.releases, limited, tally.stiff)
-    sums = Powers(work.damping, work.drive, lost, work.friction, work.ring, work.rotating, work.following, work.spin)
+    w = work
+    sums = Powers(w.damping, w.drive, lost, w.friction, w.ring, w.rotating, w.following, w.spin, w.control)
     return Tally(sums, times, *counts)
 
 
@@ -186,7 +196,7 @@ def book_flight(tally, damping, drive):
     look for stiffness begins anew."""
     t, w = tally, tally.work
     damping, drive = w.damping + damping, w.drive + drive
-    sums = Powers(damping, drive, w.contact, w.friction, w.ring, w.rotating, w.following, w.spin)
+    sums = Powers(damping, drive, w.contact, w.friction, w.ring, w.rotating, w.following, w.spin, w.control)
     return Tally(sums, t.contact_times, t.steps + 1, t.rejected, t.switches, t.onsets, t.releases, 0, t.stiff)
 
 
@@ -264,7 +274,7 @@ def turn_for_all(contacts, clock, tau, state):
 def save_sample(con, laws, where, sample, clock, state, turn):
     """Write a state (x, v) as sample number `sample` into an SampleRows; clock: at the begin of its step."""
     row = (sample - where.first) * where.columns
-    vec.store_at(where.base, row, state[0])
+    vec.store_at(where.base, row, as_sampled(con, state[0], state[1]))
     mark_turns(con, where.base, row, clock.phase, state[0], state[1])
     mark_races(con.contacts, where.base, row, state[1])
     if where.velocities > 0:

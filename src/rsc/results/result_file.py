@@ -29,11 +29,11 @@ from rsc.results.agreement import (
     refuse_other_times,
 )
 from rsc.results.result_format import (
+    AXES,
     BLOCKS,
     CHECKPOINT,
     CHECKPOINT_ROWS,
     CHUNK_ROWS,
-    DISPLACEMENTS,
     FED,
     FORMAT,
     MOTIONS,
@@ -522,9 +522,9 @@ def _name_axes(file):
         index.make_scale("contact")
         for name in several:
             file[name].dims[1].attach_scale(index)
-    for body in filter(file.__contains__, DISPLACEMENTS):
-        index = file.create_dataset(f"{body}_coordinate", data=np.arange(file[body].shape[1]))
-        index.make_scale(f"{body}_coordinate")
+    for body in filter(file.__contains__, AXES):
+        index = file.create_dataset(AXES[body], data=np.arange(file[body].shape[1]))
+        index.make_scale(AXES[body])
     for name in filter(file.__contains__, MOTIONS):
-        for i, scale in enumerate((file["time"], file[f"{moving_body(name)}_coordinate"], axis)):
+        for i, scale in enumerate((file["time"], file[AXES[moving_body(name)]], axis)):
             file[name].dims[i].attach_scale(scale)

@@ -12,8 +12,8 @@ from rsc.errors import DataError, one_line
 from rsc.operating_system import explained
 
 FORMAT = "rsc-result-7"
-# energies of a ledger that only runs with rotating damping have, with coefficients that follow the speed, or with a torque
-FED = ("turned_in", "followed_in", "driven_in")
+# energies of a ledger that only runs with rotating damping have, with coefficients that follow the speed, a torque or states
+FED = ("turned_in", "followed_in", "driven_in", "control_in")
 CHUNK_ROWS = 4096
 CHECKPOINT_ROWS = 16
 
@@ -37,8 +37,12 @@ MOTIONS = {
     "stator": ("m", "stator displacements"),
     "rotor_velocity": ("m s-1", "rotor velocities"),
     "stator_velocity": ("m s-1", "stator velocities"),
+    "rotor_states": ("1", "first-order states of the rotor"),
+    "stator_states": ("1", "first-order states of the stator"),
 }
-DISPLACEMENTS = ("rotor", "stator")
+DISPLACEMENTS, STATES = ("rotor", "stator"), ("rotor_states", "stator_states")
+# array -> name of the axis that numbers its columns, for other readers
+AXES = {name: f"{name}_coordinate" for name in DISPLACEMENTS} | {name: name.removesuffix("s") for name in STATES}
 HEAD = ("format", "title", "scene", "versions", "checksum")  # attributes of every file; a run that has ended adds its Summary
 CHECKPOINT = "checkpoint/"
 # a row of numbers a block of samples: where it ends, then the CRC-32 of its part of every array. HDF5's own Fletcher sums do not
@@ -51,7 +55,9 @@ STRETCHES = "stretches/facts"
 
 def motions_of(scene):
     """Names of the motions that a run of a scene keeps; of a body without coordinates they have no columns."""
-    return tuple(MOTIONS) if scene.output.velocities else DISPLACEMENTS
+    states = tuple(name for name in STATES if _columns(scene, name))
+    moving = tuple(name for name in MOTIONS if name not in STATES) if scene.output.velocities else DISPLACEMENTS
+    return moving + states
 
 
 def series_of(scene):
@@ -61,14 +67,20 @@ def series_of(scene):
 
 
 def moving_body(name):
-    """Whose motion it is: "rotor" or "stator"."""
+    """What moves: "rotor", "stator", or the states of one of them."""
     return name.removesuffix("_velocity")
+
+
+def _columns(scene, name):
+    """Number of coordinates, or of states, of a motion."""
+    body = getattr(scene, name.partition("_")[0])
+    return body.n_states if name in STATES else body.n_coordinates
 
 
 def columns_of(scene):
     """name -> number of coordinates of every motion in runs of a scene, 0 for one that is not kept."""
     kept = motions_of(scene)
-    return {name: getattr(scene, moving_body(name)).n_coordinates if name in kept else 0 for name in MOTIONS}
+    return {name: _columns(scene, name) if name in kept else 0 for name in MOTIONS}
 
 
 def put(attrs, values):

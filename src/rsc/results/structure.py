@@ -17,11 +17,11 @@ from rsc.files.output import place, refuse_foreign
 from rsc.measure.stretches import COLUMNS, OF_CLEARANCE
 from rsc.operating_system import hdf5_library, read_at
 from rsc.results.result_format import (
+    AXES,
     BLOCKS,
     CHECKPOINT,
     CHECKPOINT_ROWS,
     CHUNK_ROWS,
-    DISPLACEMENTS,
     FED,
     FORMAT,
     HEAD,
@@ -50,7 +50,7 @@ SCENE_BYTES, MATRIX_BYTES = 4 * 2**20, 300
 CHECKPOINT_NUMBERS = MAX_CONTACTS * (64 + 2 * MAX_CLEARANCES)
 _SUMMARY = [*(item.name for item in fields(Summary)), *FED]  # of a run that has ended
 _KNOWN = dict.fromkeys((*HEAD, *_SUMMARY), ()) | {"ledger": (7,)}
-_COORDINATES = {f"{name}_coordinate": name for name in DISPLACEMENTS}  # axes for other readers
+_COORDINATES = {axis: name for name, axis in AXES.items()}  # axes for other readers
 _AXIS = np.array(["y", "z"], dtype="S1")
 _GROUPS = ("checkpoint", *(name.partition("/")[0] for name in (BLOCKS, STRETCHES)))
 
@@ -69,7 +69,7 @@ def refuse_other_structure(path, file):
     if shown != repr(FORMAT):
         raise DataError(path, f"is no result of this version (its format is {shown}, this rsc reads {FORMAT!r})")
     names = gate.members(file, {"time", *SERIES, *NOT_ALWAYS, *MOTIONS, "axis", "contact", *_COORDINATES, *_GROUPS})
-    bodies = [gate.dataset(file, name) for name in names & set(DISPLACEMENTS)]
+    bodies = [gate.dataset(file, name) for name in names & set(AXES)]
     counts = {data.name[1:]: data.shape[1] for data in bodies if data.ndim == 3}
     attrs = gate.attributes(file, _KNOWN, SCENE_BYTES + MATRIX_BYTES * sum(counts.values()) ** 2, _SUMMARY)
     if attrs.get("checksum") != digest(attrs):

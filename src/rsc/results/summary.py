@@ -20,8 +20,8 @@ class Status(enum.StrEnum):
 
 @dataclass(frozen=True)
 class Ledger:
-    """Energies of a run in J; residual = energy_in + turned_in + followed_in + driven_in + friction_in - every dissipated part -
-    change. Of a drive with a torque all that turns belongs to it."""
+    """Energies of a run in J; residual = energy_in + turned_in + followed_in + driven_in + control_in + friction_in - every
+    dissipated part - change. Of a drive with a torque all that turns belongs to it."""
 
     energy_in: float  # by unbalance, load, skew stiffness and the contact ring; with a torque by load and skew stiffness
     # by contact friction into the lateral motion (negative: taken out); with a torque less the slip's heat and what turns a race
@@ -34,11 +34,12 @@ class Ledger:
     turned_in: float = 0.0  # given by the drive through rotating damping, which takes it again or feeds the whirl with it
     followed_in: float = 0.0  # fed by a stiffness that follows the speed, 1/2 int Omega' r^H K_b r
     driven_in: float = 0.0  # work of the drive's torque, int T Omega
+    control_in: float = 0.0  # by the control: work of first-order states and of the negative stiffness of magnetic bearings
 
     @property
     def turnover(self) -> float:
         """Sum of the magnitudes of all parts: the scale the residual is judged by."""
-        fed = (self.energy_in, self.turned_in, self.followed_in, self.driven_in, self.friction_in)
+        fed = (self.energy_in, self.turned_in, self.followed_in, self.driven_in, self.control_in, self.friction_in)
         lost = (self.rotor_damping, self.stator_damping, self.contact_damping)
         return sum(abs(p) for p in (*fed, *lost)) + abs(self.change)
 

@@ -39,7 +39,7 @@ MOST_AXES, MOST_CASES = 1000, 128  # of a plan; of a part
 LARGEST_COUNT = 2**53  # of the cases of a plan
 SAMPLE, CASE, ZIPPED = SHARED = ("sample", "case", "zipped")  # dimensions that are no key
 PLAN, PARTS, LOCK = "plan.h5", "parts", "lock"
-_OWNER = re.compile(rb"process \d+ on [^\n]{0,180}")  # what the lock holds
+_OWNER = re.compile(rb"process \d+(?: o?| on| on [^\n]{0,180})?")  # what the lock holds, or the part written before a kill
 _PLAN_HEAD = dict.fromkeys(("format", "scene", "source", "kinds", "part_sizes", "versions"), ())
 _ENTRIES = f"{F8} {I8} {I1} {TEXT}"  # I1: true or false
 
@@ -231,7 +231,7 @@ class SweepStore:
         owner = os.read(handle, 200)
         if lock(handle) is False:
             raise DataError(self.folder, f"is being written by another sweep ({one_line(owner.decode(errors='replace'))})")
-        if owner and not _OWNER.fullmatch(owner):
+        if not (b"process ".startswith(owner) or _OWNER.fullmatch(owner)):
             raise OSError(None, "a file of another kind has this name")
         os.lseek(handle, 0, os.SEEK_SET)
         os.ftruncate(handle, 0)

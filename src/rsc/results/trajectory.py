@@ -16,7 +16,7 @@ from rsc.files.tables import Table, html
 from rsc.measure.stretches import Stretches, side_by_side
 from rsc.presented import drawing
 from rsc.results.result_file import ResultFile, ResultWriter
-from rsc.results.result_format import MOTIONS, locked, motions_of, moving_body, series_of
+from rsc.results.result_format import AXES, MOTIONS, locked, motions_of, moving_body, series_of
 from rsc.results.summary import Ledger, Status, Summary
 from rsc.scene.scene import Scene
 from rsc.scene.tables.drive import Drive
@@ -121,6 +121,17 @@ class Trajectory:
     def stator_velocity(self) -> NDArray[np.complex128]:
         """(n_time, n_stator) complex m/s, in runs with `output.velocities`; SceneError in others."""
         return self._velocity("stator_velocity")
+
+    @property
+    def rotor_states(self) -> NDArray[np.complex128]:
+        """(n_time, p) complex, first-order states of the rotor in their own units (physics.md): those of `states`, then of every
+        magnetic bearing a, q and u; p = 0 without any."""
+        return self.source.motion("rotor_states")
+
+    @property
+    def stator_states(self) -> NDArray[np.complex128]:
+        """(n_time, p) complex, first-order states of the stator, as `rotor_states`."""
+        return self.source.motion("stator_states")
 
     def _velocity(self, name: str) -> NDArray[np.complex128]:
         if not self.scene.output.velocities:
@@ -286,7 +297,7 @@ class Trajectory:
         values: dict[str, Any] = {n: (axes[: arrays[n].ndim], arrays[n], {"units": u, "long_name": d}) for n, (u, d) in series}
         for name in motions_of(self.scene):
             unit, text = MOTIONS[name]
-            dims = "time", f"{moving_body(name)}_coordinate"
+            dims = "time", AXES[moving_body(name)]
             values[name] = (dims, getattr(self, name), {"units": unit, "long_name": text})
         return xarray.Dataset(values, {"time": ("time", self.time, {"units": "s"})}, {"title": self.scene.title})
 

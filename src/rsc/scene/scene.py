@@ -21,6 +21,7 @@ from rsc.scene.bodies.machine_file import Machine, machine_of_file
 from rsc.scene.bodies.machines import is_machine, only_or_all, places_of, read_reduction, reduced, with_coordinates
 from rsc.scene.bodies.reduced import ReducedRotor, Reduction
 from rsc.scene.bodies.shafts import Stations
+from rsc.scene.bodies.states import MagneticBearing, States
 from rsc.scene.bodies.stations import with_nodes
 from rsc.scene.files.toml_file import tables_of, text_of
 from rsc.scene.files.toml_text import toml_text
@@ -55,6 +56,7 @@ _SECTIONS: dict[str, type] = {
     LIMITS: Limits,
     REPORT: Display,
 }
+_INSIDE: dict[str, type] = {"states": States, "magnetic_bearings": MagneticBearing}  # tables inside [rotor] and [stator]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -104,6 +106,7 @@ class Scene(Brief):
         """Names of `tables`."""
         contacts = [f"contact.{contact.name}" for contact in self.contacts] if len(self.contacts) > 1 else ["contact"]
         names = [name for key in _TABLES for name in (contacts if key == "contact" else [key])]
+        names += [name for body in ("rotor", "stator") for name in _inside(body, getattr(self, body))]
         names += [f"{CLEARANCE}.{clearance.name}" for clearance in self.clearances]
         return names + [key for key in (LIMITS, REPORT) if getattr(self, key) is not None]
 
@@ -241,7 +244,9 @@ class Scene(Brief):
 
     def section(self, table: str) -> type:
         """The class that declares the keys of one of `tables`."""
-        return _SECTIONS.get(table.partition(".")[0]) or type(getattr(self, table))
+        outer, _, inner = table.partition(".")
+        own = _SECTIONS.get(outer) or _INSIDE.get(inner.partition("[")[0])
+        return own or type(getattr(self, table))
 
     def table_name(self, name: str, dotted: object, value: object = None) -> str:
         """The name of one of `tables`; a single contact may also be referred to by its own name.
@@ -297,7 +302,19 @@ def _named(key: str, content: Any) -> dict[str, dict[str, Any]]:
 
 def _all_named(content: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """All tables of a scene's content by name, see `Scene.tables`."""
-    return {name: table for key in content if key != "title" for name, table in _named(key, content[key]).items()}
+    named = {name: table for key in content if key != "title" for name, table in _named(key, content[key]).items()}
+    for body in ("rotor", "stator"):
+        inner = [named[body].get("states"), *(table for _, table in named[body].get("magnetic_bearings", ()))]
+        named |= dict(zip(_inside(body, named[body]), filter(None, inner), strict=True))
+    return named
+
+
+def _inside(body: str, own: Any) -> list[str]:
+    """Names of the tables inside a body, a model or its plain content: "rotor.states", "rotor.magnetic_bearings[0]"."""
+    states, bearings = (
+        own.get(key) if isinstance(own, Mapping) else getattr(own, key) for key in ("states", "magnetic_bearings")
+    )
+    return [f"{body}.states"] * (states is not None) + [f"{body}.magnetic_bearings[{i}]" for i in range(len(bearings or ()))]
 
 
 def _key_classes() -> dict[str, tuple[type, ...]]:
@@ -317,6 +334,9 @@ def all_keys() -> list[str]:
 def all_names() -> list[str]:
     """All dotted keys, then the names of amounts and angles, without duplicates."""
     names = all_keys()
+    for key, section in _INSIDE.items():
+        numbered = f"{key}[0]" if section is MagneticBearing else key
+        names += [f"{body}.{numbered}.{name}" for body in ("rotor", "stator") for name in known_keys(section)]
     for table, classes in _key_classes().items():
         keys = [key for item in classes for key in known_keys(item) if polar_readers(item, key)]
         names += [f"{table}.{key}.{word}" for key in keys for word in POLAR]

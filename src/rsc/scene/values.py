@@ -25,7 +25,7 @@ from rsc.scene.names import POLAR, at_contacts, each_contact, leading, pairs_of,
 from rsc.scene.scene import Scene, all_names
 from rsc.units import DIMENSIONS
 
-_NAME = re.compile(r"(\w+(?:\.\w+)?)\.(\w+)((?:\[\d{1,4}\])*)", re.ASCII)
+_NAME = re.compile(r"(\w+(?:\.\w+(?:\[\d{1,4}\])?)?)\.(\w+)((?:\[\d{1,4}\])*)", re.ASCII)
 _SINGLE = (Number, Integer, Flag, Choice, Text, PolarReader)
 _ENTRY = Number("dimensionless")  # entry of a matrix with coordinates of any kind: in SI units
 _PHYSICAL = ("rotor", "stator", "contact")

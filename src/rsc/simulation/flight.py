@@ -43,7 +43,7 @@ def with_flight(model):
     fastest = 2.0 * np.pi * float(abs(model.corner_speed).max())
     if model.drive or any(contact.race for contact in model.contacts):
         return model, ""
-    if len(model.rotating_columns) or len(model.following_stiffness):
+    if len(model.rotating_columns) or len(model.following_stiffness) or model.states:
         return model, ""
     rate = max(fastest, 0.5 * _slowest(model))
     longest = ANGLE / rate if rate > 0.0 else np.inf

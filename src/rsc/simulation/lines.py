@@ -53,7 +53,17 @@ def widened(model: Model, size: int) -> Model:
         columns = getattr(model, name)
         shape = (*np.shape(columns)[:2], 2 * size, 2 * size)
         matrices[name] = _larger(columns, n, size).reshape(shape) if len(columns) else ()
-    return model._replace(**vectors, weight=longer(model.weight, 2 * size), watched_rows=watched, contacts=contacts, **matrices)
+    matrices |= {"weight": longer(model.weight, 2 * size), "states": _more_states(model.states, n, size)}
+    return model._replace(**vectors, watched_rows=watched, contacts=contacts, **matrices)
+
+
+def _more_states(states, n, size):
+    """First-order states padded from n to `size` coordinates; () without."""
+    if not states:
+        return states
+    columns = _larger(states.columns, n, size).reshape(*states.columns.shape[:2], size, 2 * size)
+    mark, weight = (longer(vector, 2 * size) for vector in (states.mark, states.weight))
+    return states._replace(columns=columns, mark=mark, weight=weight)
 
 
 def _longer_contact(contact, size):

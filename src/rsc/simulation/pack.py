@@ -25,6 +25,7 @@ from rsc.simulation.lines import longer, on_lines
 from rsc.simulation.races import with_races
 from rsc.simulation.shapes import times
 from rsc.simulation.sliding import signed
+from rsc.simulation.states import stiffness_at, with_states
 from rsc.simulation.stiffness import fastest, resolved_angle
 from rsc.simulation.stretches import stretch_length
 from rsc.system.system import ContactLaw
@@ -37,6 +38,8 @@ ROUNDING = 1e-12
 REFINEMENTS, LARGE_TURN = 2, 1e-3
 # fraction of the contact frequency: lower bound for a rotor on hardly any support, so that velocities have a tolerance
 SLOWEST = 1e-4
+# rad/s, from which the natural frequency of a rotor in a magnetic bearing is looked for, in this many looks
+FASTEST, LOOKS = 1e4, 6
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,7 @@ class Packed:
     rotor: RealModes
     stator: RealModes
     method: tuple  # selects the method in the kernel
+    state_size: np.ndarray  # (p,) what the kernel multiplies the first-order states of rotor and stator with
     grounded: str = ""  # why a scene that would gain by exact flight does not use it
 
     @property
@@ -78,9 +82,14 @@ class Packed:
 
     @property
     def n_numbers(self):
-        """Numbers 2n of the scene's coordinates and races; the kernel may have more (lines.py)."""
+        """Numbers 2n of the scene's coordinates, states and races; the kernel may have more (lines.py)."""
         races = sum(len(contact.race) > 0 for contact in self.model.contacts)
-        return 2 * (len(self.rotor.shape) + len(self.stator.shape) + races)
+        return 2 * (self._bodies + len(self.state_size) + races)
+
+    @property
+    def _bodies(self):
+        """Number of coordinates of both bodies."""
+        return len(self.rotor.shape) + len(self.stator.shape)
 
     def kept(self, vector):
         """The part of a kernel vector that is state: without the padding."""
@@ -99,6 +108,17 @@ class Packed:
         pairs = x.view(np.complex128)
         n, m = self.rotor.shape.shape[0], self.stator.shape.shape[0]
         return times(self.rotor.shape, pairs[:, :n]), times(self.stator.shape, pairs[:, n : n + m])
+
+    def states(self, x):
+        """Kernel coordinates of samples (k, 2n), or velocities -> complex first-order states (k, p) of rotor, then stator."""
+        n = self._bodies
+        return x.view(np.complex128)[:, n : n + len(self.state_size)] / self.state_size
+
+    def with_states(self, v, states):
+        """Kernel velocities (2n,) with the complex first-order states (p,) of rotor, then stator."""
+        v, n = v.copy(), self._bodies
+        v.view(complex)[n : n + len(states)] = self.state_size * states
+        return v
 
     def modal(self, rotor, stator):
         """Complex displacements (or velocities) of rotor (N,) and stator (M,) -> kernel coordinates (2n,)."""
@@ -146,8 +166,8 @@ def _packed(full, solver, sample_rate):
     system = reference(full)
     name = method_of(solver)
     method = _stages(name)
-    rotor = _modes(system.rotor.mass, system.rotor.stiffness, system.contacts[0].rotor)
-    stator = _modes(system.stator.mass, system.stator.stiffness, system.contacts[0].stator)
+    rotor = _modes(system.rotor.mass, _mechanical(system.rotor), system.contacts[0].rotor)
+    stator = _modes(system.stator.mass, _mechanical(system.stator), system.contacts[0].stator)
     share = np.ones(system.n_rotor + system.n_stator)
     by_component = changes(full) or any(body.directed for body in system.bodies)
     if by_component:
@@ -179,6 +199,7 @@ def _packed(full, solver, sample_rate):
         contacts=contacts,
         drive=(),
         flight=(),
+        states=(),
         watched_rows=_watched_rows(system, rotor, stator),
         watched_gaps=np.array([clearance.gap for clearance in system.clearances]) if system.clearances else (),
         **_corners(full),
@@ -194,7 +215,14 @@ def _packed(full, solver, sample_rate):
         sample_rate=float(sample_rate),
         stretch=stretch_length(h_max, float(system.schedule_time[-1])),
     )
-    return Packed(model, rotor.rounded(), stator.rounded(), method)
+    modes = rotor.rounded(), stator.rounded()
+    model, state_size = with_states(model, system, modes, gap, omega_ref)
+    return Packed(model, *modes, method, state_size)
+
+
+def _mechanical(body):
+    """Stiffness (n, n) of a body without the part that belongs to first-order states, whose modes the kernel uses."""
+    return body.stiffness if body.state_stiffness is None else body.stiffness - body.state_stiffness
 
 
 def _stages(name):
@@ -297,7 +325,17 @@ def _switch_tol(rtol):
 def rotor_reference(system):
     """Squared natural frequency, (rad/s)^2, of the rotor's contact coordinate with all others fixed; the largest of several."""
     places = [int(contact.rotor.argmax()) for contact in system.contacts]
-    return max(abs(system.rotor.stiffness[c, c]) / system.rotor.mass[c, c] for c in places)
+    return max(_squared(system.rotor, c) for c in places)
+
+
+def _squared(body, c):
+    """Squared natural frequency of coordinate c alone, from above with the stiffness of first-order states."""
+    square = abs(body.stiffness[c, c]) / body.mass[c, c]
+    if body.n_states:
+        square = FASTEST**2
+        for _ in range(LOOKS):
+            square = abs(body.stiffness[c, c] + stiffness_at(body, np.sqrt(square))[c, c]) / body.mass[c, c]
+    return square
 
 
 def first_step(packed):

@@ -63,6 +63,8 @@ def new_work(packed, start, turns=0.0):
     """The Work of a new run from an InitialState, with the shaft rotated by `turns`."""
     x = packed.modal(start.rotor, start.stator)
     v = packed.modal(start.rotor_velocity, start.stator_velocity)
+    if start.states is not None:
+        v = packed.with_states(v, start.states)
     driven.begin(packed.model, v)
     if start.races is not None:
         races.begin(packed.model, v, start.races)
@@ -78,14 +80,16 @@ def new_work(packed, start, turns=0.0):
 
 @dataclass(frozen=True)
 class InitialState:
-    """Complex displacements (m) and velocities (m/s) of rotor (N,) and stator (M,) at t = 0, and surface velocities (m/s) of
-    inner races at all contacts (n_contacts,), 0 without a race; races = None: at rest."""
+    """Complex displacements (m) and velocities (m/s) of rotor (N,) and stator (M,) at t = 0, surface velocities (m/s) of inner
+    races at all contacts (n_contacts,), 0 without a race; races = None: at rest; and complex first-order states (p,) of rotor,
+    then stator; None: zeros."""
 
     rotor: np.ndarray
     rotor_velocity: np.ndarray
     stator: np.ndarray
     stator_velocity: np.ndarray
     races: np.ndarray | None = None
+    states: np.ndarray | None = None
 
 
 class Run:
@@ -257,6 +261,9 @@ class Run:
             **{name: forces[i] if len(forces) == 3 else forces[i::3].T for i, name in enumerate(OF_CONTACT[:3])},
             **self._races(motion),
         }
+        if self.packed.state_size.size:
+            states, p = self.packed.states(motion[:, :width]), self.system.rotor.n_states
+            block["rotor_states"], block["stator_states"] = states[:, :p], states[:, p:]
         if self.scene.output.velocities:
             block["rotor_velocity"], block["stator_velocity"] = self.packed.physical(motion[:, width:])
         return block
@@ -318,8 +325,10 @@ class Run:
         if model.drive:  # the work of ring, rotating damping and friction (its heat too) comes from the rotation
             driven_in, braked = (float(work.real[i]) for i in (kernel.E_TORQUE, kernel.E_BRAKED))
             energy_in, turned, friction = energy_in - sum(ring), 0.0, friction - braked
-        residual = energy_in + turned + followed + driven_in + friction - rotor - stator - contact - change
-        return Ledger(energy_in, friction, rotor, stator, contact, change, residual, turned, followed, driven_in)
+        control = float(work.real[kernel.E_CONTROL])
+        fed_in = energy_in + turned + followed + driven_in + control + friction
+        residual = fed_in - rotor - stator - contact - change
+        return Ledger(energy_in, friction, rotor, stator, contact, change, residual, turned, followed, driven_in, control)
 
     def _where(self):
         """Current time, speed, deflection and contact of the run, for messages."""
@@ -411,6 +420,8 @@ def _owned(block):
 def _what_fed(system, ledger, sliding):
     if ledger.turned_in > max(ledger.friction_in, abs(ledger.energy_in)):
         return "the drive fed it through rotating damping; raise other damping, or lower rotating damping or the speed"
+    if ledger.control_in > max(ledger.friction_in, abs(ledger.energy_in)):
+        return "the control of the first-order states fed it; `rsc modes` shows whether it holds the rotor without contact"
     if ledger.friction_in < 0.5 * abs(ledger.energy_in):
         if system.skew:
             return "skew stiffness or the imposed forces fed it; raise damping or lower skew stiffness"

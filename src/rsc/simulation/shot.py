@@ -93,4 +93,5 @@ class Shot:
         """The InitialState from which a run would continue; the shaft angle is `turns`."""
         (rotor, stator), (rotor_dot, stator_dot) = (self._packed.physical(v[None, :]) for v in (self._work.x, self._work.v))
         motion = rotor[0].copy(), rotor_dot[0].copy(), stator[0].copy(), stator_dot[0].copy()
-        return InitialState(*motion, races.speeds_of(self._packed.model, self._work.v))
+        states = self._packed.states(self._work.v[None, :])[0] if self._packed.state_size.size else None
+        return InitialState(*motion, races.speeds_of(self._packed.model, self._work.v), states)

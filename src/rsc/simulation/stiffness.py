@@ -104,8 +104,11 @@ def limits(model, sizes, method):
     """
     free, spring, damper = zip(*(part[0].tolist() for part in fastest([model], method)), strict=True)
     number = 1 + int(np.argmin(abs(abs(free[1]) - np.sqrt(abs(model.stiffness[::2])))))
+    rates = _rates_of_states(model)
     body, number = ("rotor", number) if number <= sizes[0] else ("stator", number - sizes[0])
     mode = f"mode {number} of the {body} at {_hertz(free[1])}"
+    if rates.size and abs(free[1].imag) < abs(free[1].real) and abs(rates - free[1]).min() < 0.5 * abs(free[1]):
+        mode = f"a first-order state (time constant {1e3 / abs(free[1]):.3g} ms)"
     k_c = f"the contact spring k_C (contact.stiffness, {_hertz(spring[1])})"
     b_c = f"the contact damper b_C (time constant {1e3 / abs(damper[1]):.3g} ms)"
     by_mode = spring[0] > 0.5 * free[0]
@@ -113,6 +116,14 @@ def limits(model, sizes, method):
     by_spring = damper[0] > 0.5 * spring[0]
     opening = Limit(*damper, closing.cause if by_spring else b_c, by_spring and by_mode)
     return {"open": Limit(*free, mode, True), "closing": closing, "opening": opening}
+
+
+def _rates_of_states(model):
+    """Eigenvalues (p,) in 1/s of the first-order states alone; empty without."""
+    if not model.states:
+        return np.zeros(0)
+    places = np.flatnonzero(model.states.mark[::2])
+    return np.linalg.eigvals(model.states.columns[0, 0, places][:, 2 * places].T)
 
 
 def _hertz(eigenvalue):
@@ -174,6 +185,9 @@ def _fastest(models, method):
         speed = 2.0j * np.pi * abs(model.corner_speed).max()
         if len(model.gyroscopic_columns):
             whole[:, n:, n:] += speed * model.gyroscopic_columns[:, ::2].T
+        if model.states:
+            whole[:, n:, n:] += model.states.columns[0, 0, :, ::2].T
+            whole[:, n:, :n] += model.states.columns[0, 1, :, ::2].T
         if len(model.rotating_columns):
             whole[:, n:, n:] -= model.rotating_columns[:, ::2].T
             whole[:, n:, :n] += speed * model.rotating_columns[:, ::2].T
@@ -214,6 +228,9 @@ def _of_components(model, speed, interval):
     if len(model.rotating_columns):
         matrices[:, n:, n:] -= np.kron(model.rotating_columns[:, ::2].T, np.eye(2))
         matrices[:, n:, :n] += speed * np.kron(model.rotating_columns[:, ::2].T, [[0.0, -1.0], [1.0, 0.0]])
+    if model.states:
+        matrices[:, n:, n:] += np.kron(model.states.columns[0, 0, :, ::2].T, np.eye(2))
+        matrices[:, n:, :n] += np.kron(model.states.columns[0, 1, :, ::2].T, np.eye(2))
     for contact in model.contacts:
         _press(matrices, contact, np.kron(np.outer(contact.force_row[::2], contact.contact_row[::2]), np.eye(2)))
     return matrices

@@ -135,17 +135,26 @@ def _body(body: Any, contact: Reals | None, imposed: Callable[..., dict[str, Any
     mass, stiffness = _symmetric(body.mass_matrix()), _symmetric(body.stiffness_matrix())
     explicit, turning = body.gyroscopic_matrix(), body.rotating_damping_matrix()
     gyroscopic = np.zeros_like(mass) if explicit is None else _symmetric(explicit)
+    states = _states(body)
+    magnetic = states.get("state_stiffness", 0.0)
     arrays = {
         "mass": mass,
         "damping": _damping(body, mass, stiffness) + _supported(body, "damping", _mean),
-        "stiffness": stiffness + _supported(body, "stiffness", _mean),
+        "stiffness": stiffness + _supported(body, "stiffness", _mean) + magnetic,
         "contact": np.full(body.n_coordinates, np.nan) if contact is None else contact,
         "gyroscopic": gyroscopic,
         **_directed(body),
+        **states,
         **({} if turning is None else {"rotating_damping": _symmetric(turning)}),
         **(imposed(body, mass, gyroscopic) if imposed else {}),
     }
     return Body(**{name: _frozen(array) for name, array in arrays.items()}, knots=_knots(body))
+
+
+def _states(body: Any) -> dict[str, Any]:
+    """First-order states of a body, by field name of `Body`; empty without any."""
+    own = body.first_order()
+    return {} if own is None else {f"state_{name}": getattr(own, name) for name in own._fields}
 
 
 def _knots(body: Any) -> Knots | None:

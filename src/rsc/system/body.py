@@ -1,15 +1,18 @@
 """One body (rotor or stator) without contact: the matrices of its equation of motion.
 
-    M r'' + (B + i Q - i Omega G) r' + C conj(r') + (K + i S) r + E conj(r) + D_i (r' - i Omega r) = forces
+    M r'' + (B + i Q - i Omega G) r' + C conj(r') + (K + i S) r + E conj(r) + D_i (r' - i Omega r) = Lz z + forces
+    z' = Az z + Bz r + Bv r'
 
-K, S, E, B, Q and C may follow the rotor speed Omega (knots.py).
+K, S, E, B, Q and C may follow the rotor speed Omega (knots.py). z are first-order states, of magnetic bearings or viscoelastic
+supports, alike in both directions.
 
 A harmonic motion r = x e^{i Psi t} gives A(Psi, Omega) x = input with the complex symmetric dynamic stiffness
 
-    A = K - Psi^2 M + i Psi B + Psi Omega G + i S - Psi Q + i (Psi - Omega) D_i,
+    A = K - Psi^2 M + i Psi B + Psi Omega G + i S - Psi Q + i (Psi - Omega) D_i - Lz (i Psi - Az)^-1 (Bz + i Psi Bv),
 
-without the terms on the conjugates, C and E, which couple the lines at Psi and -Psi. Rotating damping D_i makes damping and skew
-stiffness depend on the rotor speed, B + D_i and S - Omega D_i, and so do knots: call `Body.at_speed` first.
+without the terms on the conjugates, C and E, which couple the lines at Psi and -Psi. The term of the states is not
+symmetric where they act elsewhere than they sense. Rotating damping D_i makes damping and skew stiffness depend on the rotor
+speed, B + D_i and S - Omega D_i, and so do knots: call `Body.at_speed` first.
 """
 
 from collections.abc import Sequence
@@ -20,6 +23,7 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import ArrayLike, NDArray
 
+from rsc.errors import SolverError
 from rsc.system import knots as knot_tables
 from rsc.system.knots import ANISOTROPIC, SKEW, Knots
 
@@ -27,6 +31,15 @@ Matrix = Any  # a square ndarray or a matrix of scipy.sparse
 
 # matrices that act on r, in the order of summation of A
 TERMS = ("stiffness", "mass", "damping", "gyroscopic", "skew_stiffness", "skew_damping", "rotating_damping")
+
+# arrays of first-order states, with their shapes in numbers of coordinates n and states p
+STATES = {
+    "state_matrix": "pp",
+    "state_displacement": "pn",
+    "state_velocity": "pn",
+    "state_force": "np",
+    "state_stiffness": "nn",
+}
 
 
 def factors(Psi: ArrayLike, Omega: ArrayLike) -> dict[str, Any]:
@@ -73,6 +86,12 @@ class Body:
     anisotropic_damping: Matrix | None = None  # (n, n) C, N s/m
     rotating_damping: Matrix | None = None  # (n, n) D_i, N s/m, rotating damping: acts on r' - i Omega r
     knots: Knots | None = None  # speed-dependent parts that are added to the matrices above
+    # first-order states: Az (p, p), Bz and Bv (p, n), Lz (n, p), and (n, n) the part of the stiffness that belongs to them, N/m
+    state_matrix: NDArray[np.float64] | None = None
+    state_displacement: NDArray[np.float64] | None = None
+    state_velocity: NDArray[np.float64] | None = None
+    state_force: NDArray[np.float64] | None = None
+    state_stiffness: NDArray[np.float64] | None = None
     # (n,) kg m, times Omega^2 e^{i Omega t}; before a reduction (n, m), one column per unbalance
     unbalance: NDArray[np.complex128] = field(default_factory=lambda: np.zeros((0, 0), complex))
     unbalance_euler: NDArray[np.complex128] = field(default_factory=lambda: np.zeros(0, complex))  # (n,) kg m, Euler term
@@ -83,6 +102,16 @@ class Body:
     def n_coordinates(self) -> int:
         """Number of complex coordinates n."""
         return int(self.mass.shape[-1])
+
+    @property
+    def n_states(self) -> int:
+        """Number of complex first-order states p."""
+        return 0 if self.state_matrix is None else int(self.state_matrix.shape[-1])
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether A is symmetric: without first-order states, also as coordinates (`with_states`), which have no mass."""
+        return not self.n_states and bool(np.all(self.mass[..., -1, -1] != 0.0))
 
     @property
     def terms(self) -> dict[str, Matrix]:
@@ -147,11 +176,13 @@ class Body:
     def static(self) -> Matrix:
         """K + i S, the part of A independent of Psi; real without skew stiffness. ValueError if `follows`, as for those below."""
         self._refuse_following()
+        self.refuse_states()
         return self.stiffness if self.skew_stiffness is None else self.stiffness + 1j * self.skew_stiffness
 
     def turning(self, Omega: ArrayLike) -> Matrix:
         """Omega G - Q of one body or a stack: the part of the factor of Psi that depends on the sense of rotation."""
         self._refuse_following()
+        self.refuse_states()
         turning = np.asarray(Omega)[..., None, None] * self.gyroscopic
         return turning if self.skew_damping is None else turning - self.skew_damping
 
@@ -210,6 +241,34 @@ class Body:
         if self.knots is not None:
             raise ValueError("coefficients of this body are interpolated over the rotor speed: call at_speed first")
 
+    def without_states(self) -> "Body":
+        """The body without its first-order states; the stiffness that belongs to them stays."""
+        without: dict[str, Any] = dict.fromkeys(STATES)
+        return replace(self, **without) if self.n_states else self
+
+    def with_states(self) -> "Body":
+        """The body with its first-order states as coordinates without mass behind its own, in the matrices of A and in `contact`:
+        the equation of z is -Bz r - Bv r' + z' - Az z = 0. A body without states is returned unchanged."""
+        if not self.n_states:
+            return self
+        states: Any = self
+        self.refuse_knots()
+        n, p = self.n_coordinates, self.n_states
+        wide: dict[str, Any] = {name: np.zeros((*self.mass.shape[:-2], n + p, n + p)) for name in self.terms}
+        for name, matrix in wide.items():
+            matrix[..., :n, :n] = self.terms[name]
+        wide["damping"][..., n:, :n], wide["damping"][..., n:, n:] = -states.state_velocity, np.eye(p)
+        wide["stiffness"][..., :n, n:], wide["stiffness"][..., n:, n:] = -states.state_force, -states.state_matrix
+        wide["stiffness"][..., n:, :n] = -states.state_displacement
+        contact = np.concatenate([self.contact, np.zeros((*self.contact.shape[:-1], p))], axis=-1)
+        return replace(self.without_states(), **wide, contact=contact)
+
+    def refuse_states(self) -> None:
+        """SolverError for a body with first-order states, where they are not supported."""
+        if self.n_states:
+            what = "first-order states (states, magnetic_bearings) are not predicted yet"
+            raise SolverError(f"{what} where directions differ or at several contacts; `rsc run` simulates them")
+
     def _refuse_following(self) -> None:
         if self.follows:
             raise ValueError("stiffness and damping of this body depend on the rotor speed: call at_speed first")
@@ -257,7 +316,21 @@ def joined(first: Body, second: Body) -> Body:
     for body in (first, second):
         body.refuse_knots()
     blocks: dict[str, Any] = {name: _blocks(first, second, name) for name in TERMS}
+    blocks |= {name: _state_blocks(first, second, name) for name in STATES}
     return Body(**blocks, contact=np.concatenate([first.contact, second.contact], axis=-1))
+
+
+def _state_blocks(first: Body, second: Body, name: str) -> Matrix | None:
+    """Block-diagonal matrix of the first-order states of two bodies; None without any."""
+    if first.n_states + second.n_states == 0:
+        return None
+    sizes = {"p": (first.n_states, second.n_states), "n": (first.n_coordinates, second.n_coordinates)}
+    (rows, more_rows), (columns, more_columns) = (sizes[kind] for kind in STATES[name])
+    block = np.zeros((*first.mass.shape[:-2], rows + more_rows, columns + more_columns))
+    for body, place in ((first, np.s_[..., :rows, :columns]), (second, np.s_[..., rows:, columns:])):
+        if body.n_states:
+            block[place] = getattr(body, name)
+    return block
 
 
 def _blocks(first: Body, second: Body, name: str) -> Matrix | None:

@@ -167,6 +167,11 @@ class System:
         return self.stator.n_coordinates
 
     @property
+    def n_states(self) -> int:
+        """Number of first-order states of rotor and stator."""
+        return self.rotor.n_states + self.stator.n_states
+
+    @property
     def relative(self) -> NDArray[np.float64]:
         """(N + M,) [l_R, -l_S] of the only contact."""
         only_one(self.contacts)
@@ -195,10 +200,10 @@ class System:
 
     @property
     def driven(self) -> bool:
-        """Whether cross-coupling, rotating or negative damping can feed energy into a whirl besides friction."""
+        """Whether cross-coupling, rotating or negative damping, or a controller can feed energy into a whirl besides friction."""
         bodies = [self.at_speed(Omega).rotor for Omega in self.knot_speed] if len(self.knot_speed) else [self.rotor]
         rates = [np.linalg.eigvalsh(body.damping) for body in (*bodies, self.stator) if body.damping.size]
-        return self.skew or any(rate.min() < -ROUNDING * np.abs(rate).max() for rate in rates)
+        return self.skew or self.n_states > 0 or any(rate.min() < -ROUNDING * np.abs(rate).max() for rate in rates)
 
     @property
     def follows(self) -> bool:

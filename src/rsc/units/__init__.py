@@ -26,6 +26,7 @@ DIMENSIONS = {
     "tilt stiffness": ("N m/rad", "2 kN m/rad"),
     "cross stiffness": ("N/rad", "2 kN/rad"),
     "damping": ("N s/m", "30 N s/m"),
+    "integral gain": ("N/(m s)", "1 MN/(m s)"),
     "tilt damping": ("N m s/rad", "3 N m s/rad"),
     "cross damping": ("N s/rad", "3 N s/rad"),
     "frequency": ("Hz", "3000 rpm"),

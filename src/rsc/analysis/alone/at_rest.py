@@ -14,6 +14,7 @@ import numpy as np
 from rsc.analysis.paper.anisotropy import anisotropic_part
 from rsc.analysis.paper.law import law_at
 from rsc.analysis.paper.receptance import in_both_directions
+from rsc.analysis.paper.states import amplitudes, typical
 
 _FREE = 1e-13  # share of the largest omega^2 up to which nothing opposes a motion: the rounding of a stiffness
 _BALANCED = 1e-6  # share of a load that springs may leave over where they hold it
@@ -35,12 +36,40 @@ def at_rest(system):
         The static deflection, if it leaves the rotor inside the gap; else in contact without friction. None where springs and
         contact do not hold the load.
     """
+    place = _resting(system)
+    n, m = system.n_rotor, system.n_stator
+    return None if place is None else (place[:n], place[n : n + m])
+
+
+def states_at_rest(system):
+    """First-order states (p,) of rotor and stator `at_rest`, complex; None where there is no rest."""
+    return _states_in(system, _resting(system))
+
+
+def static_states(system):
+    """First-order states (p,) of rotor and stator with the `static_deflection`; None where nothing holds the load."""
+    return _states_in(system, _hanging(system))
+
+
+def _states_in(system, place):
+    return None if place is None else place[system.n_rotor + system.n_stator :]
+
+
+def _resting(system):
+    """Displacements of rotor and stator and first-order states `at_rest`, in one vector; None without."""
+    free = _hanging(system)
+    if free is None or abs(free[: system.n_rotor] @ system.rotor.contact + system.contact.ring) > law_at(system.contact).gap:
+        return _lying(system) if system.rotor.load.any() else free
+    return free
+
+
+def _hanging(system):
+    """As `_resting`, without contact; None where the load acts on a motion that nothing opposes."""
     if not system.rotor.load.any():
-        return np.zeros(system.n_rotor, complex), np.zeros(system.n_stator, complex)
-    free = static_deflection(system)
-    if np.isfinite(free).all() and abs(free @ system.rotor.contact + system.contact.ring) <= law_at(system.contact).gap:
-        return free, np.zeros(system.n_stator, complex)
-    return _lying(system)
+        return np.zeros(system.n_rotor + system.n_stator + system.n_states, complex)
+    stiffness, force, size = _statics(system)
+    x = _solved(stiffness, force, size)
+    return _complex(x) if _balanced(stiffness @ x - force, force) else None
 
 
 def static_deflection(system):
@@ -55,19 +84,14 @@ def static_deflection(system):
     ndarray of complex, (N,), m (tilts: rad)
         Infinite where the load acts on a motion that no spring opposes; a free motion that it leaves alone does not move.
     """
-    if not system.rotor.load.any():
-        return np.zeros(system.n_rotor, complex)
-    stiffness, force, size = _statics(system)
-    x = _solved(stiffness, force, size)
-    if not _balanced(stiffness @ x - force, force):
-        return np.full(system.n_rotor, np.inf + 0j)
-    return _complex(x)[: system.n_rotor]
+    place = _hanging(system)
+    return np.full(system.n_rotor, np.inf + 0j) if place is None else place[: system.n_rotor]
 
 
 def _lying(system):
-    """Rotor and stator in contact at rest, by Newton's method from where the load presses; None where it does not converge."""
+    """As `_resting`, in contact, by Newton's method from where the load presses; None where it does not converge."""
     stiffness, force, size = _statics(system)
-    contact = np.kron(np.eye(2), system.relative)  # (2, 2 n), [y, z] of d
+    contact = np.kron(np.eye(2), np.append(system.relative, np.zeros(system.n_states)))  # (2, 2 n), [y, z] of d
     ring, law = np.array([system.contact.ring.real, system.contact.ring.imag]), law_at(system.contact)
     k_c, gap = law.stiffness, law.gap
 
@@ -88,17 +112,24 @@ def _lying(system):
         moved = np.linalg.norm(contact @ step)
         x = x + min(1.0, _TURN * gap / max(moved, 1e-300)) * step
         if moved <= _SETTLED * gap:
-            n, shape = system.n_rotor, _complex(x)
-            return (shape[:n], shape[n:]) if _balanced(missing, force) else None
+            return _complex(x) if _balanced(missing, force) else None
     return None
 
 
 def _statics(system):
-    """Stiffness (2 n, 2 n) and load (2 n,) of [y, z] of rotor and stator, and the roots of their masses (m beside rad)."""
-    bodies = system.joined()
-    stiffness = in_both_directions(bodies.static, anisotropic_part(system, "stiffness"))
-    load = np.concatenate([system.rotor.load, np.zeros(system.n_stator)])
-    return stiffness, np.concatenate([load.real, load.imag]), np.tile(np.sqrt(bodies.mass.diagonal()), 2)
+    """Stiffness (2 n, 2 n) and load (2 n,) of [y, z] of rotor, stator and first-order states, and the roots of their masses (m
+    beside rad), for states what makes them comparable."""
+    bodies, p = system.joined(), system.n_states
+    plain = bodies.with_states().static
+    size = np.sqrt(bodies.mass.diagonal())
+    if p:
+        n, omega = len(size), typical(bodies)
+        size = np.append(size, size.mean() / amplitudes(bodies, omega))
+        largest = np.abs(plain[n:] / np.outer(size[n:], size)).max(axis=1, keepdims=True)
+        plain[n:] *= omega**2 / largest
+    stiffness = in_both_directions(plain, np.pad(anisotropic_part(system, "stiffness"), (0, p)))
+    load = np.concatenate([system.rotor.load, np.zeros(system.n_stator + p)])
+    return stiffness, np.concatenate([load.real, load.imag]), np.tile(size, 2)
 
 
 def _solved(stiffness, force, size):

@@ -14,6 +14,7 @@ import scipy
 from numpy.typing import NDArray
 
 from rsc.analysis.paper.receptance import in_both_directions
+from rsc.analysis.paper.states import first_order
 from rsc.system.blas import one_thread
 from rsc.system.body import Body
 from rsc.system.system import System
@@ -58,17 +59,19 @@ def free_vibrations(system: System, speed: float) -> list[FreeVibration]:
     Returns
     -------
     list of FreeVibration
-        2 N of them, by rising frequency; where directions differ each that does not oscillate counts for half a one.
+        2 N of them, by rising frequency, and one more for each first-order state; where directions differ each that does not
+        oscillate counts for half a one.
     """
     return vibrations_of(system.rotor, speed)
 
 
 def vibrations_of(body: Body, speed: float) -> list[FreeVibration]:
     """`free_vibrations` of any body that has coordinates."""
-    values, vectors = np.linalg.eig(state_matrix(*_matrices(body, TWO_PI * float(speed))))
+    matrices = _matrices(body, TWO_PI * float(speed))
+    values, vectors = np.linalg.eig(first_order(body, *matrices))
     n, vibrations = body.n_coordinates, []
     for value, vector in zip(values, vectors.T, strict=True):
-        if len(values) == 2 * n:
+        if len(matrices[0]) == n:
             vibrations.append(_vibration(body.mass, value, vector[:n], np.zeros(n)))
         elif value.imag >= 0.0:  # of the real equations: with its conjugate one real motion y, z
             y, z = vector[:n], vector[n : 2 * n]
@@ -78,6 +81,8 @@ def vibrations_of(body: Body, speed: float) -> list[FreeVibration]:
 
 def _vibration(mass, value, shape, mirror):
     sizes = [np.sqrt((part.conj() @ mass @ part).real) for part in (shape, mirror)]
+    if max(sizes) == 0.0:  # of first-order states alone, without motion
+        return FreeVibration(float(value.imag) / TWO_PI, float(value.real), shape, mirror)
     if sizes[1] > sizes[0]:
         value, shape, mirror, sizes = value.conjugate(), mirror, shape, sizes[::-1]
     return FreeVibration(float(value.imag) / TWO_PI, float(value.real), shape / sizes[0], mirror / sizes[0])
@@ -87,7 +92,7 @@ def free_growth(system: System, Omega: float) -> float:
     """Largest growth rate of the free vibrations of rotor and stator without contact, 1/s; Omega in rad/s. 0 where the least
     stable is a motion that nothing opposes, or that nothing damps."""
     bodies = [body for body in system.bodies if body.n_coordinates]
-    values = np.concatenate([np.linalg.eigvals(state_matrix(*_matrices(body, Omega))) for body in bodies])
+    values = np.concatenate([np.linalg.eigvals(first_order(body, *_matrices(body, Omega))) for body in bodies])
     fastest = values[values.real.argmax()]
     largest = np.abs(values).max()
     return 0.0 if abs(fastest) <= _FREE * largest or abs(fastest.real) <= _UNDAMPED * largest else float(fastest.real)
@@ -110,7 +115,7 @@ def threshold_speed(system: System) -> float:
     grid = np.union1d(grid, knots)
 
     def growth(Omega):
-        return float(np.linalg.eigvals(state_matrix(*rotor_matrices(system, Omega))).real.max())
+        return float(np.linalg.eigvals(first_order(system.rotor, *rotor_matrices(system, Omega))).real.max())
 
     if growth(0.0) > _UNDAMPED * largest:
         return 0.0
@@ -130,7 +135,7 @@ def rotor_matrices(system, Omega):
 
 def _matrices(body, Omega):
     """Mass, damping with gyroscopics and stiffness of one body, complex; real and of [y, z] where its directions differ."""
-    body = body.at_speed(Omega)
+    body = body.at_speed(Omega).without_states()
     damping = body.damping - 1j * Omega * body.gyroscopic
     damping = damping if body.skew_damping is None else damping + 1j * body.skew_damping
     if not _anisotropic(body.anisotropic_damping, body.anisotropic_stiffness):
@@ -141,10 +146,3 @@ def _matrices(body, Omega):
 
 def _anisotropic(*parts):
     return any(part is not None and part.any() for part in parts)
-
-
-def state_matrix(mass, damping, stiffness):
-    """Matrix of [r, r'] of M r'' + D r' + K r = 0."""
-    n = len(mass)
-    lower = -np.linalg.solve(mass, np.hstack([stiffness, damping]))
-    return np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower])

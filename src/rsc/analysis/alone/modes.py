@@ -8,7 +8,7 @@ r_S: what the prediction calls the coupled system, H_R + H_S = 0, where there is
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from math import nan
+from math import copysign, inf, nan
 from math import tau as TWO_PI
 from typing import Any, overload
 
@@ -217,6 +217,9 @@ def joined_at_contacts(system: System) -> Body:
     matrices = {name: basis.T @ getattr(body, name) @ basis for name in names}
     rows = [np.concatenate([contact.rotor, np.zeros(system.n_stator)]) @ basis for contact in own]
     symmetric = {name: 0.5 * (matrix + matrix.T) for name, matrix in matrices.items()}
+    if body.n_states:
+        sensed = {name: getattr(body, name) @ basis for name in ("state_displacement", "state_velocity")}
+        symmetric |= {"state_matrix": body.state_matrix, "state_force": basis.T @ body.state_force, **sensed}
     return Body(**symmetric, contact=rows[0] if len(rows) == 1 else np.array(rows))
 
 
@@ -248,6 +251,8 @@ def critical_speeds(system: System, low: float, high: float) -> list[float]:
 
 
 def _without_damping(body: Body) -> Body:
+    """The body without damping, cross-coupling and first-order states."""
+    body = body.without_states()
     no_matrix: dict[str, Any] = dict.fromkeys(("skew_damping", "anisotropic_damping", "skew_stiffness", "rotating_damping"))
     return replace(body, damping=np.zeros_like(body.damping), **no_matrix)
 
@@ -263,7 +268,7 @@ def _mode(
     if size <= _FREE * fastest:
         return Mode(0.0, 0.0, 0.0, nan, nan, NONE, share, FREE)
     if abs(frequency) * TWO_PI <= _FREE * fastest:
-        return Mode(0.0, nan, growth, vibration.decrement, -growth / size, NONE, share, UNSTABLE if growth > 0.0 else STILL)
+        return Mode(0.0, nan, growth, copysign(inf, -growth), -growth / size, NONE, share, UNSTABLE if growth > 0.0 else STILL)
     still = abs(growth) <= _UNDAMPED * fastest
     growth = 0.0 if still else growth
     remark = UNDAMPED if still else UNSTABLE if growth > 0.0 else ""

@@ -12,7 +12,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from rsc.analysis.alone.free_vibration import rotor_matrices, state_matrix
+from rsc.analysis.alone.free_vibration import rotor_matrices
+from rsc.analysis.paper.states import amplitudes, first_order, states_of
 from rsc.analysis.paper.synchronous import unbalance_response
 from rsc.system.blas import one_thread
 from rsc.system.system import System
@@ -38,25 +39,38 @@ def run_up_response(system: System, time: NDArray[np.float64]) -> NDArray[np.com
     """
     speed, step = np.asarray(system.speed_at(time)), float(time[1] - time[0])
     middle, rate = 0.5 * (speed[1:] + speed[:-1]), np.diff(speed) / step
-    size = 2 * system.n_rotor + 1
-    state: NDArray[np.complex128] = np.zeros((len(time), size), dtype=complex)
-    state[0, : system.n_rotor], state[0, -1] = unbalance_response(system, speed[0])[0], 1.0
+    n, rotor, scale = system.n_rotor, system.rotor, _scale(system, speed[0])
+    state: NDArray[np.complex128] = np.zeros((len(time), 2 * n + rotor.n_states + 1), dtype=complex)
+    state[0, :n], state[0, -1] = unbalance_response(system, speed[0])[0], 1.0
+    if rotor.n_states:
+        state[0, 2 * n : -1] = states_of(rotor, speed[0], state[0, :n]) / scale[2 * n : -1]
     for first in range(0, len(middle), BLOCK):
         own = zip(middle[first : first + BLOCK], rate[first : first + BLOCK], strict=True)
-        carried = scipy.linalg.expm(step * np.array([_augmented(system, *at) for at in own]))
+        carried = scipy.linalg.expm(step * np.array([_augmented(system, *at) * scale / scale[:, None] for at in own]))
         for i, matrix in enumerate(carried, first):
             state[i + 1] = matrix @ state[i]
-    return state[:, : system.n_rotor] @ system.rotor.contact
+    return state[:, :n] @ rotor.contact
 
 
 def _augmented(system, Omega, rate):
-    """Matrix (2 N + 1, 2 N + 1) of z' = A z for z = [x, x' / w, 1], w a typical frequency in 1/s."""
+    """Matrix (2 N + p + 1, 2 N + p + 1) of w' = A w for w = [x, x', z, 1], z the p first-order states."""
     mass, damping, stiffness = rotor_matrices(system, Omega)
     turning = stiffness + (1j * rate - Omega**2) * mass + 1j * Omega * damping
     n, force = len(mass), system.rotor.unbalance * Omega**2 - 1j * system.rotor.unbalance_euler * rate
-    matrix = np.zeros((2 * n + 1, 2 * n + 1), dtype=complex)
-    matrix[: 2 * n, : 2 * n] = state_matrix(mass, damping + 2j * Omega * mass, turning)
+    rotor = system.rotor
+    matrix = np.zeros((2 * n + rotor.n_states + 1,) * 2, dtype=complex)
+    matrix[:-1, :-1] = first_order(rotor, mass, damping + 2j * Omega * mass, turning)
+    if rotor.n_states:
+        matrix[2 * n : -1, :n] += 1j * Omega * rotor.state_velocity
+        matrix[2 * n : -1, 2 * n : -1] -= 1j * Omega * np.eye(rotor.n_states)
     matrix[n : 2 * n, -1] = np.linalg.solve(mass, force)
-    typical = np.sqrt(np.linalg.norm(np.linalg.solve(mass, stiffness), 2))
-    scale = np.concatenate([np.ones(n), np.full(n, typical), np.ones(1)])
-    return matrix * scale / scale[:, None]
+    return matrix
+
+
+def _scale(system, Omega):
+    """Sizes of [x, x', z, 1] that are alike, with a typical frequency."""
+    mass, _, stiffness = rotor_matrices(system, Omega)
+    n, rotor = len(mass), system.rotor
+    typical = np.sqrt(np.linalg.norm(np.linalg.solve(mass, stiffness), 2)) or 1.0
+    sizes = amplitudes(rotor, typical) if rotor.n_states else np.zeros(0)
+    return np.concatenate([np.ones(n), np.full(n, typical), sizes, np.ones(1)])

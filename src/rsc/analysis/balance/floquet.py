@@ -8,7 +8,8 @@ import scipy
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.balance.balance import beat_of
 from rsc.analysis.paper.receptance import rotor_stiffness, solve_at, stator_stiffness
-from rsc.analysis.paper.stability import growth_of
+from rsc.analysis.paper.stability import growth_of, put_states
+from rsc.analysis.paper.states import amplitudes, states_of
 from rsc.analysis.paper.synchronous import unbalance_response
 from rsc.system.blas import one_thread
 
@@ -45,7 +46,7 @@ def _over_beat(system, balance):
     free, push, pick = _free_matrices(system, Psi, Omega)
     period = TWO_PI / (Omega - Psi)
     matrices = free - push @ _law(force) @ pick
-    scale = _scale(matrices[0])
+    scale = _scale(matrices[0], system.at_speed(Omega).joined())
     steps = scipy.linalg.expm(scale[:, None] * matrices / scale * (period / len(matrices)))
     over_beat = np.eye(len(scale))
     for step in steps:
@@ -66,7 +67,10 @@ def _phase_shift(system, balance, n_time):
     lines = np.hstack([rotor, stator]) * (1j * (1 - k) * np.exp(-1j * np.pi * k / n_time))[:, None]
     x = lines.sum(axis=0)
     v = (1j * k * (Omega - TWO_PI * balance.frequency)) @ lines
-    return np.concatenate([x.real, x.imag, v.real, v.imag])
+    parts, bodies = [x, v], system.at_speed(Omega).joined()
+    if bodies.n_states:
+        parts.append(states_of(bodies, w, lines).sum(axis=0))
+    return np.concatenate([part for own in parts for part in (own.real, own.imag)])
 
 
 def _without(matrix, vector):
@@ -78,19 +82,23 @@ def _without(matrix, vector):
 
 
 def _free_matrices(system, Psi, Omega):
-    """State matrix without contact (4n, 4n) of [Re x, Im x, Re x', Im x'], the force's push (4n, 2) and its view (4, 4n)."""
-    bodies = system.at_speed(Omega).joined()
-    n = len(bodies.mass)
+    """State matrix without contact (4n + 2p, 4n + 2p) of [Re x, Im x, Re x', Im x', Re z, Im z], the force's push (4n + 2p, 2)
+    and its view (4, 4n + 2p); z are the p first-order states."""
+    whole = system.at_speed(Omega).joined()
+    bodies = whole.without_states()
+    n, size = len(bodies.mass), 4 * len(bodies.mass) + 2 * whole.n_states
     inverse = np.linalg.inv(bodies.mass)
     damping = inverse @ (bodies.damping - 1j * bodies.turning(Omega))
     stiffness = inverse @ bodies.static - Psi**2 * np.eye(n) + 1j * Psi * damping
-    matrix = np.zeros((4 * n, 4 * n))
-    matrix[: 2 * n, 2 * n :] = np.eye(2 * n)
-    matrix[2 * n :, : 2 * n] = -_real(stiffness)
-    matrix[2 * n :, 2 * n :] = -_real(damping + 2j * Psi * np.eye(n))
-    push = np.zeros((4 * n, 2))
-    push[2 * n : 3 * n, 0] = push[3 * n :, 1] = inverse @ system.relative
-    pick = np.zeros((4, 4 * n))
+    matrix, moving = np.zeros((size, size)), slice(2 * n, 4 * n)
+    matrix[: 2 * n, moving] = np.eye(2 * n)
+    matrix[moving, : 2 * n] = -_real(stiffness)
+    matrix[moving, moving] = -_real(damping + 2j * Psi * np.eye(n))
+    if whole.n_states:
+        put_states(matrix[None], whole, inverse, Psi)
+    push = np.zeros((size, 2))
+    push[2 * n : 3 * n, 0] = push[3 * n : 4 * n, 1] = inverse @ system.relative
+    pick = np.zeros((4, size))
     for row in range(4):
         pick[row, row * n : (row + 1) * n] = system.relative
     return matrix, push, pick
@@ -110,8 +118,9 @@ def _law(force):
     return np.stack([table.real, table.imag], axis=1)
 
 
-def _scale(matrix):
-    """Factors (4n,) that make displacements comparable with velocities."""
-    half = len(matrix) // 2
-    typical = np.sqrt(np.linalg.norm(matrix[half:, :half], 2))
-    return np.concatenate([np.ones(half), np.full(half, 1.0 / typical)])
+def _scale(matrix, bodies):
+    """Factors (4n + 2p,) that make displacements, velocities and first-order states comparable."""
+    half = 2 * bodies.n_coordinates
+    typical = np.sqrt(np.linalg.norm(matrix[half : 2 * half, :half], 2))
+    states = np.tile(1.0 / amplitudes(bodies, typical), 2) if bodies.n_states else np.zeros(0)
+    return np.concatenate([np.ones(half), np.full(half, 1.0 / typical), states])

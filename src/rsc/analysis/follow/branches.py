@@ -14,7 +14,7 @@ from rsc.analysis.follow.events import CREEPING, OSCILLATORY, Event, Told, event
 from rsc.analysis.follow.lines import Join, Net, WhirlLine
 from rsc.analysis.follow.patience import Note, Patience, silent
 from rsc.analysis.follow.whirls import WhirlsAtOne, WhirlsOfCurve, bound_at, seeds_at_one, seeds_of_sets
-from rsc.analysis.several.predict import refuse_offset
+from rsc.analysis.several.predict import refuse_unpredictable
 from rsc.system.assemble import assemble
 from rsc.system.blas import one_thread
 from rsc.system.system import System
@@ -113,7 +113,7 @@ def set_branches(system: System, speeds: ArrayLike, at: int, note: Note = silent
     SolverError
         As `rsc.predict`.
     """
-    refuse_offset(system)
+    refuse_unpredictable(system)
     way, patience = _evenly(np.atleast_1d(np.asarray(speeds, dtype=float)), MOST), Patience(note)
     rising = np.sort(way)
     looked = with_knots(_evenly(rising, LOOKED_AT), system.knot_speed / TWO_PI)

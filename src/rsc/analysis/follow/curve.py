@@ -200,9 +200,9 @@ def _receptances(
     solved = own.solved(Psi)
     by_Psi = own.bodies.by_frequency(own.Omega) @ solved - 2.0 * Psi[:, None, None] * (own.bodies.mass @ solved)
     by_p = (beyond.dynamic_stiffness(Psi) - own.dynamic_stiffness(Psi)) @ solved / step[:, None, None]
-    rows_by_p = (beyond.rows - own.rows) @ solved / step[:, None, None]
-    columns = transposed(solved)
-    return own.rows @ solved, -columns @ by_Psi, rows_by_p + transposed(rows_by_p) - columns @ by_p
+    left, moved = own.left(Psi, solved), beyond.rows - own.rows
+    rows_by_p = (moved @ solved + left @ transposed(moved)) / step[:, None, None]
+    return own.rows @ solved, -left @ by_Psi, rows_by_p - left @ by_p
 
 
 def _inverse(matrices: NDArray[np.complex128]) -> NDArray[np.complex128]:

@@ -17,6 +17,7 @@ from rsc.analysis.follow.events import CREEPING, OSCILLATORY
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import rotor_stiffness, solve_at, stator_stiffness
 from rsc.analysis.paper.small_motions import small_motion
+from rsc.analysis.paper.states import states_of
 from rsc.analysis.paper.synchronous import synchronous_response, unbalance_response
 
 # a disturbance this far below the whirl begins to show in a spectrum of 60 dB
@@ -197,7 +198,11 @@ def starting_level(system, branch, speed):
     lines = _unbalance_lines(system, Psi, whirl.normal_force, Omega)
     motion = small_motion(system, Psi, whirl.normal_force, Omega)
     turning = 1j * (Omega - Psi) * np.array([1.0, -1.0])
-    part = motion.part_of(-lines.sum(axis=0), -(turning @ lines))
+    z = ()
+    if system.n_states:
+        bodies = system.at_speed(Omega).joined()
+        z = -sum(states_of(bodies, w, line) for w, line in zip((Omega, 2.0 * Psi - Omega), lines, strict=True))
+    part = motion.part_of(-lines.sum(axis=0), -(turning @ lines), z)
     size = max(abs(line[: system.n_rotor] @ system.rotor.contact) for line in motion.lines)
     return max(abs(part) * float(size) / whirl.rotor_amplitude, 2.0**-53)
 

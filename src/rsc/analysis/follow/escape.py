@@ -15,6 +15,7 @@ import numpy as np
 
 from rsc.analysis.follow.events import Event
 from rsc.analysis.paper.law import law_of
+from rsc.analysis.paper.states import first_order
 
 ESCAPES = "it runs away (12)"
 _FRICTIONS = np.geomspace(1e-6, 5.0, 34)
@@ -47,11 +48,13 @@ def _fastest(system, Omega, band, friction):
 
 
 def pressed_frequencies(system, Omega, friction):
-    """(2 (N + M),) complex rad/s: Psi of the motions e^{i Psi t} of rotor and stator joined by a spring (1 + i mu) k_C at the
+    """(2 (N + M) + p,) complex rad/s: Psi of the motions e^{i Psi t} of rotor and stator joined by a spring (1 + i mu) k_C at the
     contact; a motion with Im Psi < 0 grows."""
-    bodies, contact = system.joined().at_speed(Omega), system.contact
-    row = np.concatenate([contact.rotor, -contact.stator])
+    whole, contact = system.at_speed(Omega).joined(), system.contact
+    bodies, row = whole.without_states(), np.concatenate([contact.rotor, -contact.stator])
     stiffness = bodies.static + (1.0 + 1j * friction) * law_of(system).stiffness * np.outer(row, row)
+    if whole.n_states:
+        return -1j * np.linalg.eigvals(first_order(whole, bodies.mass, -1j * bodies.by_frequency(Omega), stiffness))
     n = len(row)
     pencil = np.zeros((2 * n, 2 * n), complex)
     pencil[:n, n:] = np.eye(n)

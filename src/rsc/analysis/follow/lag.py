@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.analysis.paper.stability import state_matrices
+from rsc.analysis.paper.states import states_of
 from rsc.analysis.paper.whirls import whirl_shapes
 from rsc.system.system import System
 
@@ -63,7 +64,12 @@ def lag(system: System, time: NDArray[np.float64], speed: NDArray[np.float64], P
     equilibrium = np.array(shapes)
     moving = np.gradient(equilibrium, time, axis=0)
     euler = 1j * np.gradient(Psi, time)[:, None] * equilibrium
-    drive = -np.concatenate([moving.real, moving.imag, euler.real, euler.imag], axis=1)
+    parts = [moving, euler]
+    if system.n_states:
+        bodies = [system.at_speed(Omega).joined() for Omega in speed]
+        held = [states_of(own, w, shape) for own, w, shape in zip(bodies, Psi, shapes, strict=True)]
+        parts.append(np.gradient(np.array(held), time, axis=0))
+    drive = -np.concatenate([part for own in parts for part in (own.real, own.imag)], axis=1)
     states = np.zeros((n, drive.shape[1]))
     for i in range(1, n):
         step = time[i] - time[i - 1]
@@ -88,10 +94,10 @@ def _after(system, whirl, state, drive, step):
 
 
 def _measured(system, equilibrium, states):
-    """`Lag` of states (n, 4 (N + M)) beside the equilibrium (n, N + M)."""
+    """`Lag` of states (n, 4 (N + M) + 2 p) beside the equilibrium (n, N + M)."""
     size = equilibrium.shape[1]
     change = states[:, :size] + 1j * states[:, size : 2 * size]
-    rate = states[:, 2 * size : 3 * size] + 1j * states[:, 3 * size :]
+    rate = states[:, 2 * size : 3 * size] + 1j * states[:, 3 * size : 4 * size]
     n_rotor = system.n_rotor
     place, change_there = equilibrium[:, :n_rotor] @ system.rotor.contact, change[:, :n_rotor] @ system.rotor.contact
     rotor = (place.conj() * change_there).real / np.abs(place) ** 2

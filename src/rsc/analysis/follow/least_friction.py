@@ -81,7 +81,8 @@ def _band(scene):
 
 def _least(system, Omega, band):
     """The least friction of the whirls that last, of a System at the speed Omega; band in rad/s."""
-    if not (system.rotor.damping.any() or system.stator.damping.any() or system.skew):  # nothing takes what friction feeds
+    damped = any(body.damping.any() or body.n_states for body in system.bodies)
+    if not (damped or system.skew):  # nothing takes what friction feeds
         frequencies = coupled_frequencies(system, Omega) / TWO_PI
         return Event(NO_LEAST, 0.0, float(frequencies[frequencies < 0.0].max(initial=-np.inf)))
     rolls = [roll for roll in rolling_whirls(system.with_friction(MOST), Omega) if _counts(system, roll, band)]

@@ -12,11 +12,13 @@ from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.predict import Whirl, whirls_of
 from rsc.analysis.paper.receptance import contact_receptance
 from rsc.analysis.paper.stability import Growth, whirl_growths
+from rsc.analysis.paper.states import first_order
 from rsc.analysis.paper.whirls import normal_force, roots_by_place
 from rsc.analysis.several.condition import Whirling
 from rsc.analysis.several.described import described
 from rsc.analysis.several.growth import growths
 from rsc.analysis.several.search import WhirlsOfSet, whirls_of_sets
+from rsc.system.body import Body
 from rsc.system.system import System, stacked, together
 
 # roots above this multiple of the highest natural frequency are not followed (without friction they go to infinity)
@@ -33,9 +35,24 @@ def bound_at(curve: WhirlCurve, value: float) -> float:
 
 def _bound(system: System, Omega: float | NDArray[np.float64]) -> NDArray[np.float64]:
     bodies = system.at_speed(Omega).joined()
+    if bodies.n_states:
+        return _bound_with_states(bodies, Omega)
     square = np.abs(np.linalg.eigvals(np.linalg.solve(bodies.mass, bodies.static))).max(axis=-1)
     turning, mass = (np.diagonal(matrix, axis1=-2, axis2=-1) for matrix in (bodies.turning(Omega), bodies.mass))
     return np.asarray(BEYOND * (np.sqrt(square) + np.abs(turning / mass).max(axis=-1)))
+
+
+def _bound_with_states(bodies: Body, Omega: float | NDArray[np.float64]) -> NDArray[np.float64]:
+    """`_bound` of bodies with first-order states, one or a stack."""
+    stack = bodies.mass.ndim > 2
+    speeds = np.broadcast_to(Omega, (len(bodies.mass),)) if stack else np.atleast_1d(Omega)
+    bounds = []
+    for i, speed in enumerate(speeds):
+        own = bodies.at(i)
+        plain = own.without_states()
+        motions = np.linalg.eigvals(first_order(own, plain.mass, -1j * plain.by_frequency(speed), plain.static))
+        bounds.append(BEYOND * np.abs(motions).max())
+    return np.array(bounds) if np.ndim(Omega) or stack else np.asarray(bounds[0])
 
 
 def seeds_at_one(curve: WhirlCurve, values: NDArray[np.float64], patience: Patience) -> list[Points]:

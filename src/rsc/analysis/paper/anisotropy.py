@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rsc.analysis.paper.law import law_of
-from rsc.analysis.paper.receptance import along, dynamic_stiffness, entrywise, solve_at
+from rsc.analysis.paper.receptance import along, dynamic_stiffness, entrywise, rotor_stiffness, solve_at
 from rsc.analysis.paper.synchronous import coupled_lines, envelope_of, unbalance_response
 from rsc.analysis.paper.whirls import whirl_shapes
 
@@ -169,6 +169,9 @@ def unbalance_ellipse(system, Omega):
     n, size = system.n_rotor, system.n_rotor + system.n_stator
     if Omega == 0.0:  # no force, also where nothing holds the rotor (free motions: a pole at 0)
         return np.zeros(n, complex), np.zeros(n, complex)
+    if system.n_states and system.isotropic:
+        force = system.rotor.unbalance * Omega**2
+        return solve_at(rotor_stiffness(system, Omega, Omega), force), np.zeros(n, complex)
     force = np.zeros(2 * size, complex)
     force[:n] = system.rotor.unbalance * Omega**2
     answer = solve_at(doubled_stiffness(system, Omega, Omega), force)

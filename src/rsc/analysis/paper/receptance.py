@@ -10,6 +10,7 @@ import scipy
 
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.paper.law import law_of
+from rsc.analysis.paper.states import feedback
 
 _FREE = 1e-12  # share of the largest omega^2 up to which a mode counts as free: the rounding of its stiffness
 
@@ -76,7 +77,9 @@ def stator_stiffness(system, Psi):
 
 def _stiffness(body, Psi, Omega):
     body = body.at_speed(Omega)
-    return dynamic_stiffness(body.mass, body.by_frequency(Omega), body.static, Psi)
+    own = body.without_states()
+    matrices = dynamic_stiffness(own.mass, own.by_frequency(Omega), own.static, Psi)
+    return matrices - feedback(body, Psi) if body.n_states else matrices
 
 
 def dynamic_stiffness(mass, damping, stiffness, Psi):
@@ -120,33 +123,38 @@ def contact_receptance(system, Omega, Psi):
     """cH and its first two derivatives with respect to Psi; Psi (n,) and Omega (one, or each) in rad/s give three (n,) arrays.
     The system may be a stack of n.
 
-    With x = A^-1 l and A' = dA/dPsi: H' = -x^T A' x, H'' = 2 x^T A' A^-1 A' x - x^T A'' x, A'' = -2 M.
+    With x = A^-1 l, y = A^-T l and A' = dA/dPsi: H' = -y^T A' x, H'' = 2 y^T A' A^-1 A' x - y^T A'' x, A'' = -2 M. But for
+    first-order states A is symmetric, and y = x.
     """
-    bodies = system.at_speed(Omega).joined()
+    bodies = system.at_speed(Omega).joined().with_states()
     c = law_of(system).turn
     with np.errstate(invalid="ignore", over="ignore"):
         matrices, x, moved = _solved_with_slope(bodies, Omega, Psi)
+        y, moved_left = (x, moved) if bodies.symmetric else _solved_with_slope(bodies, Omega, Psi, left=True)[1:]
         try:
             spread = np.linalg.solve(matrices, moved[..., None])[..., 0]
         except np.linalg.LinAlgError:
             spread = np.full_like(moved, np.nan)
-        first = -(x * moved).sum(-1)
+        first = -(y * moved).sum(-1)
         massive = (x[:, None, :] @ bodies.mass)[:, 0, :]
-        second = 2.0 * (moved * spread).sum(-1) + 2.0 * (x * massive).sum(-1)
+        second = 2.0 * (moved_left * spread).sum(-1) + 2.0 * (y * massive).sum(-1)
         return c * along(x, bodies.contact), c * first, c * second
 
 
 def receptance_with_slope(bodies, Omega, Psi):
     """H and dH/dPsi of rotor and stator as one Body (`System.joined`), without the friction factor, as `contact_receptance`."""
+    whole = bodies.with_states()
     with np.errstate(invalid="ignore", over="ignore"):
-        _, x, moved = _solved_with_slope(bodies, Omega, Psi)
-        return x @ bodies.contact, -(x * moved).sum(-1)
+        _, x, moved = _solved_with_slope(whole, Omega, Psi)
+        y = x if whole is bodies else _solved_with_slope(whole, Omega, Psi, left=True)[1]
+        return x @ whole.contact, -(y * moved).sum(-1)
 
 
-def _solved_with_slope(bodies, Omega, Psi):
-    """A (n, N, N), x = A^-1 l and A' x (n, N)."""
+def _solved_with_slope(bodies, Omega, Psi, left=False):
+    """A (n, N, N), x = A^-1 l and A' x (n, N); with `left` those of the transposed A."""
     damping = bodies.by_frequency(Omega)
     matrices = dynamic_stiffness(bodies.mass, damping, bodies.static, Psi)
+    matrices, damping = (transposed(matrices), transposed(damping)) if left else (matrices, damping)
     x = solve_at(matrices, bodies.contact)
     return matrices, x, np.einsum("nij,nj->ni", damping - 2.0 * Psi[:, None, None] * bodies.mass, x)
 
@@ -221,6 +229,8 @@ def natural_frequencies(mass, stiffness, gyroscopic, Omega):
 
 def free_motions(system):
     """Number of motions of the rotor that its stiffness does not oppose; where directions differ each direction counts."""
+    if system.rotor.n_states:  # what a controller holds is told by its free vibrations
+        return 0
     stiffness, mass = system.rotor.stiffness, system.rotor.mass
     if system.rotor.anisotropic_stiffness is not None:
         stiffness, mass = in_both_directions(stiffness, system.rotor.anisotropic_stiffness), in_both_directions(mass, None)

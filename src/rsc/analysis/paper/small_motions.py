@@ -9,8 +9,8 @@ import scipy
 
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import receptance
-from rsc.analysis.paper.stability import Growth, state_matrices, whirl_eigenvalues, whirl_growth
-from rsc.analysis.paper.whirls import normal_force, whirl_roots, whirl_shapes
+from rsc.analysis.paper.stability import Growth, state_matrices, whirl_eigenvalues, whirl_growth, whirl_phases
+from rsc.analysis.paper.whirls import normal_force, whirl_roots
 
 # frequencies between two whirls at which the sign of Re H is looked up
 _BETWEEN = 401
@@ -28,16 +28,17 @@ class SmallMotion:
 
     eigenvalue : complex, 1/s, imaginary part >= 0
     lines : (2, N + M) complex, rotor then stator coordinates, at Psi + Im(lambda) and Psi - Im(lambda)
-    left : (4 (N + M),) complex, gives c from a state [Re x, Im x, Re x', Im x']
+    left : (4 (N + M) + 2 p,) complex, gives c from a state [Re x, Im x, Re x', Im x', Re z, Im z] with p first-order states z
     """
 
     eigenvalue: complex
     lines: np.ndarray
     left: np.ndarray
 
-    def part_of(self, x, x_dot):
-        """The factor c of a disturbance x (N + M,) m with the rate x_dot m/s, both in the turning frame."""
-        return complex(self.left @ np.concatenate([x.real, x.imag, x_dot.real, x_dot.imag]))
+    def part_of(self, x, x_dot, z=()):
+        """The factor c of a disturbance x (N + M,) m with the rate x_dot m/s and states z (p,), all in the turning frame."""
+        parts = x, x_dot, np.asarray(z, dtype=complex)
+        return complex(self.left @ np.concatenate([part for own in parts for part in (own.real, own.imag)]))
 
 
 @dataclass(frozen=True)
@@ -75,10 +76,8 @@ def small_motion(system, Psi, F_N, Omega, b_star=None):
     """Find the fastest growing small motion about a whirl; arguments as `rsc.analysis.paper.stability.whirl_growth`."""
     matrix = state_matrices(system, np.array([Psi]), np.array([F_N]), Omega, b_star)[0]
     values, left, right = scipy.linalg.eig(matrix, left=True)
-    rotor, stator = whirl_shapes(system, Psi, F_N, Omega)
-    shape = np.concatenate([rotor, stator])
-    n = len(shape)
-    phase = np.concatenate([-shape.imag, shape.real, np.zeros(2 * n)])
+    (phase,), n = whirl_phases(system, np.array([Psi]), np.array([F_N]), Omega), system.n_rotor + system.n_stator
+    phase = np.append(phase, np.zeros(len(matrix) - len(phase)))
     overlap = np.abs(phase @ right) / np.linalg.norm(phase) / np.linalg.norm(right, axis=0)
     phase_index = np.argmax(overlap - np.abs(values) / abs(Psi))  # the eigenvalue 0 whose vector is the phase
     ranked = [i for i in np.argsort(-values.real) if i != phase_index and values[i].imag >= 0.0]

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import entrywise
+from rsc.analysis.paper.states import amplitudes, states_of
 from rsc.analysis.paper.whirls import whirl_shapes
 from rsc.system.system import System
 
@@ -18,7 +19,7 @@ class Growth:
 
     rate : float, 1/s, the largest real part; negative: stable
     frequency : float, rad/s, imaginary part >= 0 that belongs to it (0: the motion creeps away)
-    eigenvalues : (4 (N + M) - 1,) complex, 1/s, largest real part first; the free phase is removed
+    eigenvalues : (4 (N + M) - 1,) complex, 1/s, largest real part first; the free phase is removed; 2 more for each state
     """
 
     rate: float
@@ -33,7 +34,9 @@ def whirl_growth(
 
         M x'' + (B + i Q + G + 2 i Psi M) x' + (K + i S - Psi^2 M + i Psi (B + i Q + G)) x + l f = 0
         f = (1 + i mu) [k_C Re(y) + b* Re(y') + i F_N/(s + F_N/k_C) Im(y)] + i creep [Psi Re(y) + Im(y')]
-        l = [l_R, -l_S],  y = l^T x
+            l = [l_R, -l_S],  y = l^T x
+
+    First-order states z in that frame add -Lz z to the left side, z' = (Az - i Psi) z + (Bz + i Psi Bv) x + Bv x'.
 
     The friction is taken as sliding forward (sigma = +1), also where the scene has a contact diameter, unless `creep` says how it
     follows the slip.
@@ -77,12 +80,21 @@ def whirl_growths(
 def whirl_eigenvalues(system, Psi, F_N, Omega, b_star=None, creep=0.0):
     """Eigenvalues (n, 4 (N + M) - 1) of several whirls; the system may be a stack of n and Omega one speed each."""
     matrices = state_matrices(system, Psi, F_N, Omega, b_star, creep)
-    shapes = np.concatenate(whirl_shapes(system, Psi, F_N, Omega), axis=1)
-    # a shift of the phase moves every coordinate by i x0 and stays: the exact eigenvector of the eigenvalue 0
-    phases = np.concatenate([-shapes.imag, shapes.real], axis=1)
+    phases = whirl_phases(system, Psi, F_N, Omega)
     scale = state_scale(system, matrices)
     phases *= scale[:, : phases.shape[1]]
     return eigenvalues(without_phase(scale[:, :, None] * matrices / scale[:, None, :], phases))
+
+
+def whirl_phases(system, Psi, F_N, Omega):
+    """Change of every state by a shift of the phase, which moves every coordinate by i x0 and stays: the exact eigenvector of the
+    eigenvalue 0, (n, 2 (N + M)) as far as it is not zero, with first-order states (n, 4 (N + M) + 2 p)."""
+    shapes = np.concatenate(whirl_shapes(system, Psi, F_N, Omega), axis=1)
+    phases, bodies = [-shapes.imag, shapes.real], system.at_speed(Omega).joined()
+    if bodies.n_states:
+        z = states_of(bodies, Psi, shapes)
+        phases += [np.zeros((len(shapes), 2 * shapes.shape[1])), -z.imag, z.real]
+    return np.concatenate(phases, axis=1)
 
 
 def growth_of(eigenvalues):
@@ -102,10 +114,11 @@ def state_matrices(system, Psi, F_N, Omega, b_star=None, creep=0.0):
 
     Returns
     -------
-    (n_psi, 4n, 4n) float
-        Of [Re x, Im x, Re x', Im x'], n = N + M; not balanced.
+    (n_psi, 4n + 2p, 4n + 2p) float
+        Of [Re x, Im x, Re x', Im x', Re z, Im z], n = N + M, p first-order states; not balanced.
     """
-    bodies, law = system.at_speed(Omega).joined(), law_of(system)
+    whole, law = system.at_speed(Omega).joined(), law_of(system)
+    bodies = whole.without_states()
     mu, b_star = entrywise(law.friction), entrywise(law.mean_damping if b_star is None else b_star)
     n = bodies.mass.shape[-1]
     inverse = np.linalg.inv(bodies.mass)
@@ -116,7 +129,7 @@ def state_matrices(system, Psi, F_N, Omega, b_star=None, creep=0.0):
     stiffness = inverse @ bodies.stiffness - Psi**2 * np.eye(n) + Psi * gyroscopic
     turning = gyroscopic - 2.0 * Psi * np.eye(n)
     re, im, re_dot, im_dot = (slice(i * n, (i + 1) * n) for i in range(4))
-    matrix = np.zeros((len(Psi), 4 * n, 4 * n))
+    matrix = np.zeros((len(Psi), *(4 * n + 2 * whole.n_states,) * 2))
     matrix[:, re, re_dot] = matrix[:, im, im_dot] = np.eye(n)
     matrix[:, re_dot, re] = -stiffness - radial
     matrix[:, re_dot, im] = Psi * damping + mu * tangential
@@ -130,18 +143,39 @@ def state_matrices(system, Psi, F_N, Omega, b_star=None, creep=0.0):
         skew = inverse @ bodies.skew_stiffness
         matrix[:, re_dot, im] += skew
         matrix[:, im_dot, re] -= skew
+    if whole.n_states:
+        put_states(matrix, whole, inverse, Psi)
     return matrix
 
 
+def put_states(matrix, bodies, inverse, Psi):
+    """Write first-order states into `state_matrices`, in place."""
+    n, p = bodies.n_coordinates, bodies.n_states
+    re, im, re_dot, im_dot = (slice(i * n, (i + 1) * n) for i in range(4))
+    z, z_im = slice(4 * n, 4 * n + p), slice(4 * n + p, 4 * n + 2 * p)
+    matrix[:, re_dot, z] = matrix[:, im_dot, z_im] = inverse @ bodies.state_force
+    matrix[:, z, re] = matrix[:, z_im, im] = bodies.state_displacement
+    matrix[:, z, im], matrix[:, z_im, re] = -Psi * bodies.state_velocity, Psi * bodies.state_velocity
+    matrix[:, z, re_dot] = matrix[:, z_im, im_dot] = bodies.state_velocity
+    matrix[:, z, z] = matrix[:, z_im, z_im] = bodies.state_matrix
+    matrix[:, z, z_im], matrix[:, z_im, z] = Psi * np.eye(p), -Psi * np.eye(p)
+
+
 def state_scale(system, matrices):
-    """Factors (n_psi, 4n) for states of comparable sizes: sqrt(m) x and sqrt(m) x' / omega, omega of the contact."""
+    """Factors (n_psi, 4n + 2p) for states of comparable sizes: sqrt(m) x and sqrt(m) x' / omega, omega of the contact, and of
+    first-order states z as much as a motion of 1 makes them."""
     masses = [np.diagonal(mass, axis1=-2, axis2=-1) for mass in (system.rotor.mass, system.stator.mass)]
     root_mass = np.sqrt(np.concatenate(masses * 2, axis=-1))
     size = root_mass.shape[-1]
-    springs = root_mass[..., :, None] * matrices[:, size:, :size] / root_mass[..., None, :]
+    springs = root_mass[..., :, None] * matrices[:, size : 2 * size, :size] / root_mass[..., None, :]
     typical = np.sqrt(np.linalg.norm(springs, axis=(-2, -1)))[:, None]
     root_mass = np.broadcast_to(root_mass, (len(matrices), size))
-    return np.concatenate([root_mass, root_mass / typical], axis=1)
+    scale = np.concatenate([root_mass, root_mass / typical], axis=1)
+    if scale.shape[1] == matrices.shape[1]:
+        return scale
+    bodies, mean = system.joined(), root_mass.mean(axis=1, keepdims=True)
+    size = np.array([amplitudes(bodies.at(i), omega) for i, omega in enumerate(typical[:, 0].tolist())])
+    return np.concatenate([scale, np.tile(mean / size, 2)], axis=1)
 
 
 def without_phase(matrices, phases):

@@ -66,9 +66,11 @@ def static_deflection(system, Omega):
     body = system.rotor.at_speed(Omega)
     if not body.load.any():
         return np.zeros(body.n_coordinates, dtype=complex)
-    load = np.concatenate([body.load.real, body.load.imag])
-    deflection = scipy.linalg.lstsq(in_both_directions(body.static, body.anisotropic_stiffness), load)[0]
-    return deflection[: body.n_coordinates] + 1j * deflection[body.n_coordinates :]
+    whole, p = body.with_states(), body.n_states
+    load, across = np.pad(body.load, (0, p)), body.anisotropic_stiffness
+    matrix = in_both_directions(whole.static, across if across is None else np.pad(across, (0, p)))
+    y, z = np.split(scipy.linalg.lstsq(matrix, np.concatenate([load.real, load.imag]))[0], 2)
+    return (y + 1j * z)[: body.n_coordinates]
 
 
 def shares(system, deflections):

@@ -22,6 +22,7 @@ from rsc.analysis.paper.receptance import (
     stator_stiffness,
     transposed,
 )
+from rsc.analysis.paper.states import amplitudes, first_order, typical
 from rsc.system.blas import threads_for
 
 ROOT_RESIDUAL = 1e-10  # |Im cH| / |cH| at which a root counts as met
@@ -88,14 +89,16 @@ def roots_by_place(system, Omega, only_met=False):
 
 def _roots_of(bodies, mu, Omega, only_met):
     """(places, roots) of `System.joined` bodies (one or a stack) with friction mu at the speeds Omega, by place and rising."""
-    whirling = np.asarray(mu != 0.0) | bodies.damping.any(axis=(-2, -1))
+    whole = bodies.with_states()
+    whirling = np.asarray(mu != 0.0) | whole.damping.any(axis=(-2, -1))
     if bodies.skew_stiffness is not None:
         whirling |= bodies.skew_stiffness.any(axis=(-2, -1))
     whirling = np.flatnonzero(np.broadcast_arrays(whirling, Omega)[0])
     if not len(whirling):
         return whirling, np.zeros(0)
     bodies, mu, Omega = bodies.at(whirling), _at(mu, whirling), _at(Omega, whirling)
-    candidates, scale = _candidates(bodies, mu, Omega)
+    candidates, scale = (_candidates_with_states if bodies.n_states else _candidates)(bodies, mu, Omega)
+    bodies = whole.at(whirling)
     # of a real pencil the real eigenvalues are exactly real; a standing deflection is no whirl
     size = np.abs(candidates.real)
     is_whirl = (candidates.imag == 0.0) & (size > _SAME_ROOT * scale.min(axis=-1, keepdims=True))
@@ -171,6 +174,32 @@ def _candidates(bodies, mu, Omega):
     return unit * _finite_eigenvalues(inner, by_h, of_w, matrix[..., 0, 2 * n]), scale
 
 
+def _candidates_with_states(bodies, mu, Omega):
+    """`_candidates` of bodies with first-order states, of w = [x, x', z] = p + i q, i Psi w = F w + b f with a real f:
+
+        Psi [p, q] = [[F_im, F_re], [-F_re, F_im]] [p, q] - [0, b] f,   mu l^T p + l^T q = 0.
+    """
+    stacked = bodies.mass.ndim > 2
+    values, sizes = [], []
+    for i in range(len(bodies.mass) if stacked else 1):
+        own = bodies.at(i) if stacked else bodies
+        speed, friction = (float(np.ravel(_at(value, i))[0]) for value in (Omega, mu))
+        plain, n = own.without_states(), own.n_coordinates
+        F = first_order(own, plain.mass, -1j * plain.by_frequency(speed), plain.static)
+        motions = np.linalg.eigvals(F)
+        omega = typical(plain)
+        scale = np.concatenate([np.ones(n), np.full(n, omega), amplitudes(own, omega)])
+        F, b = F * scale / scale[:, None] + 0j, np.zeros(len(scale))
+        b[n : 2 * n] = np.linalg.solve(plain.mass, plain.contact) / omega
+        b /= np.linalg.norm(b)
+        row = np.concatenate([plain.contact, np.zeros(len(scale) - n)])
+        inner, by_f = np.block([[F.imag, F.real], [-F.real, F.imag]]), -np.concatenate([np.zeros(len(b)), b * omega])
+        of_w = np.concatenate([friction * row, row])
+        values.append(_finite_eigenvalues(inner[None], by_f[None], of_w[None], np.zeros(1))[0])
+        sizes.append(np.abs(motions))
+    return (np.array(values), np.array(sizes)) if stacked else (values[0], sizes[0])
+
+
 def _finite_eigenvalues(inner, by_h, of_w, corner):
     """Psi where (inner - Psi) w + by_h h = 0, of_w w + corner h = 0 is solved; not a number where it is infinite."""
     n = inner.shape[-1]
@@ -206,16 +235,18 @@ def _first_axis(columns, rows, vector):
 
 
 def _condition(bodies, mu, Omega, Psi):
-    """Im cH / |cH| and (Im cH)' / |cH| in s, both of the shape of Psi.
+    """Im cH / |cH| and (Im cH)' / |cH| in s, both of the shape of Psi; bodies with their states as coordinates.
 
     The first, the sine of the phase of cH, has the zeros of Im cH but is bounded: no pole of H fakes a sign change
     in it. The second is the slope of that phase at a root.
     """
     damping = bodies.by_frequency(Omega)
-    x = solve_at(dynamic_stiffness(bodies.mass, damping, bodies.static, Psi), bodies.contact)
+    matrices = dynamic_stiffness(bodies.mass, damping, bodies.static, Psi)
+    x = solve_at(matrices, bodies.contact)
+    y = x if bodies.symmetric else solve_at(transposed(matrices), bodies.contact)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        damped, massive = ((x[..., None, :] @ matrix)[..., 0, :] for matrix in (damping, bodies.mass))
-        slope = damped - 2.0 * np.asarray(Psi)[..., None] * massive  # A' x; H' = -x^T A' x
+        damped, massive = ((y[..., None, :] @ matrix)[..., 0, :] for matrix in (damping, bodies.mass))
+        slope = damped - 2.0 * np.asarray(Psi)[..., None] * massive  # y^T A'; H' = -y^T A' x
         value = (1.0 + 1j * mu) * (x * bodies.contact).sum(axis=-1)
         derivative = -(1.0 + 1j * mu) * np.sum(slope * x, axis=-1)
         return value.imag / np.abs(value), derivative.imag / np.abs(value)
@@ -377,7 +408,7 @@ def side_conditions(system, Psi, F_N, Omega, F_Omega, mirror_share=None, deflect
     """
     Psi, F_N = np.asarray(Psi, dtype=float), np.asarray(F_N, dtype=float)
     law = law_of(system)
-    sine, slope = _condition(system.at_speed(Omega).joined(), law.friction, Omega, Psi)
+    sine, slope = _condition(system.at_speed(Omega).joined().with_states(), law.friction, Omega, Psi)
     rotor, _ = whirl_shapes(system, Psi, F_N, Omega)
     F_rigid = normal_force(system, Psi, Omega, rigid=True)
     with np.errstate(divide="ignore", invalid="ignore"):

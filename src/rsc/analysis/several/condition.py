@@ -41,7 +41,7 @@ class Whirling(NamedTuple):
 class Pressed:
     """Some contacts of a system at one rotor speed, which are pressed."""
 
-    bodies: Any  # rotor and stator as one Body of N + M coordinates
+    bodies: Any  # rotor and stator as one Body of N + M coordinates, with first-order states as more coordinates
     Omega: Any  # rad/s, or (m,) of m candidates, all of whose arrays have one more axis then
     rows: Any  # (n, N + M) l_j
     laws: tuple[Any, ...]  # a `SteadyLaw` for each
@@ -74,7 +74,14 @@ class Pressed:
         solved = self.solved(Psi)
         moved = self.bodies.by_frequency(self.Omega) @ solved
         moved -= 2.0 * Psi[:, None, None] * (self.bodies.mass @ solved)
-        return self.rows @ solved, -transposed(solved) @ moved
+        return self.rows @ solved, -self.left(Psi, solved) @ moved
+
+    def left(self, Psi, solved):
+        """l_j^T A^-1 as rows (m, n, N + M), given A^-1 l_j as columns: the same where A is symmetric."""
+        if self.bodies.symmetric:
+            return transposed(solved)
+        matrices = transposed(self.dynamic_stiffness(Psi))
+        return np.stack([solve_at(matrices, self.rows[..., j, :]) for j in range(self.n)], axis=-2)
 
     def distances(self, N):
         """|d_j| = s_j + N_j/k_j in m."""
@@ -100,18 +107,24 @@ class Pressed:
 def pressed(system, Omega, contacts):
     """The `Pressed` of some contacts of a System (their numbers) at a rotor speed in rad/s; of several speeds, or of a stack of
     systems, every array has one more axis, the first."""
-    own = [system.contacts[j] for j in contacts]
+    own, p = [system.contacts[j] for j in contacts], system.n_states
     laws = tuple(law_at(contact) for contact in own)
     return Pressed(
-        bodies=system.at_speed(Omega).joined(),
+        bodies=system.at_speed(Omega).joined().with_states(),
         Omega=Omega,
-        rows=np.stack([np.concatenate([contact.rotor, -contact.stator], axis=-1) for contact in own], axis=-2),
+        rows=np.stack([_row(contact, p) for contact in own], axis=-2),
         laws=laws,
         turn=np.stack([law.turn for law in laws], axis=-1),
         gap=np.stack([law.gap for law in laws], axis=-1),
         stiffness=np.stack([law.stiffness for law in laws], axis=-1),
         ring=np.stack([contact.ring for contact in own], axis=-1),
     )
+
+
+def _row(contact, p):
+    """l of a contact, with zeros for p first-order states."""
+    parts = [contact.rotor, -contact.stator]
+    return np.concatenate([*parts, np.zeros((*contact.rotor.shape[:-1], p))] if p else parts, axis=-1)
 
 
 def residual(own, whirls):

@@ -68,15 +68,18 @@ def _whirls(system: System, speed: float) -> Whirls:
 @one_thread
 def predict_several(system: System, speed: float) -> list[SeveralWhirl]:
     """Predict the whirls of a System with several contacts at one rotor speed in Hz, by frequency; raises as `predict`."""
-    refuse_offset(system)
+    refuse_unpredictable(system)
     if speed < 0.0:  # a whirl against the spin has a positive frequency then
         return [whirl.mirrored() for whirl in predict_several(system.mirrored(), -speed)[::-1]]
     whirls = [whirl for own in whirls_of_sets(system, TWO_PI * speed) for whirl in described(system, own, speed)]
     return sorted(whirls, key=lambda whirl: whirl.frequency)
 
 
-def refuse_offset(system: System) -> None:
-    """SolverError for a stator beside the bearing centre, which is not predicted yet at several contacts."""
+def refuse_unpredictable(system: System) -> None:
+    """SolverError for what is not predicted yet at several contacts: a stator beside the bearing centre, first-order states."""
+    if system.n_states:
+        what = "rotor.states, rotor.magnetic_bearings, stator.states, stator.magnetic_bearings"
+        raise SolverError(f"{what}: with first-order states only one contact can be predicted yet; rsc run simulates several")
     for contact in system.contacts:
         if contact.offset:
             raise SolverError(f"contact.{contact.name}.offset: only a stator around the bearing centre can be predicted yet")

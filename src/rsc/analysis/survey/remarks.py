@@ -94,8 +94,8 @@ def set_remarks(system):
 
 def _undamped(system):
     """Remark on bodies without any damping."""
-    bodies = [("rotor", system.rotor.damping)] + ([("stator", system.stator.damping)] if system.n_stator else [])
-    names = " and ".join(name for name, damping in bodies if not damping.any())
+    bodies = [("rotor", system.rotor)] + ([("stator", system.stator)] if system.n_stator else [])
+    names = " and ".join(name for name, body in bodies if not (body.damping.any() or body.n_states))
     if not names:
         return []
     has, its = ("have", "their") if " and " in names else ("has", "its")
@@ -106,7 +106,8 @@ def _free_instability(system, whirls):
     """Remark on a rotor that its supports drive without contact: at the corners of the schedule, at the knots of its coefficients
     in between, and at the speeds of whirls."""
     knots, schedule = system.knot_speed, system.schedule_speed
-    if system.isotropic and not system.skew and not len(knots):  # damping and gyroscopics alone let every vibration die away
+    feeds = system.skew or len(knots) or system.rotor.n_states
+    if system.isotropic and not feeds:  # damping and gyroscopics alone let every vibration die away
         return []
     passed = knots[(knots > schedule.min()) & (knots < schedule.max())] if len(knots) else knots
     speeds = [whirl.speed for whirl in whirls]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from rsc.scene.bodies import by_speed
+from rsc.scene.bodies.states import matrices_of
 from rsc.scene.keys import mirror
 from rsc.scene.keys.keys import (
     MAX_COORDINATES,
@@ -67,6 +68,8 @@ class BodyModel(ABC):
     rotating_damping: Any = None
     supports: tuple = ()
     supports_by_speed: Any = None
+    states: Any = None
+    magnetic_bearings: Any = None
 
     @property
     @abstractmethod
@@ -106,6 +109,16 @@ class BodyModel(ABC):
         """Speed-dependent parts that are added to the matrices, linear in between: (speeds in Hz, {name: (k, n, n)}) with names
         of `rsc.system.knots.FOLLOWING`; None if only `supports_by_speed` depend on the speed."""
         return None
+
+    def first_order(self) -> Any:
+        """`rsc.scene.bodies.states.Matrices` of the first-order states; None without any."""
+        return matrices_of(self)
+
+    @property
+    def n_states(self) -> int:
+        """Number p of complex first-order states."""
+        own = self.first_order()
+        return 0 if own is None else len(own.matrix)
 
     def mass_at(self, i: int) -> float:
         """Mass in kg (kg m^2 for a tilt) on the diagonal at coordinate i."""

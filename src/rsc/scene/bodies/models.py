@@ -17,6 +17,7 @@ from rsc.scene.bodies.body_model import SUPPORTS
 from rsc.scene.bodies.by_speed import read_by_speed, read_place
 from rsc.scene.bodies.reduced import MachineRotor, MachineStator, ReducedRotor, ReducedStator
 from rsc.scene.bodies.shaft_keys import ShaftRotor, ShaftStator
+from rsc.scene.bodies.states import read_states
 from rsc.scene.files.matrix_files import is_definite
 from rsc.scene.keys.keys import Number, PairReader, RawTable, as_list, nearest, per_coordinate, read_table
 from rsc.system.assemble import elastic_stiffness
@@ -59,11 +60,14 @@ def read_body(models: Mapping[str, Any], table: RawTable, elsewhere: Any) -> Any
         values["rayleigh"] = per_coordinate(table, "rayleigh", values["rayleigh"], readers)
     section.resolve(values, table)
     _refuse_negative_damping(values, table)
-    unsupported = {**values, **{key: () for key in ("supports", "supports_by_speed") if key in values}}
+    later = {"supports": (), "supports_by_speed": (), "magnetic_bearings": None}
+    unsupported = {**values, **{key: none for key, none in later.items() if key in values}}
     if "supports" in values:
         values["supports"] = _read_supports(table, values["supports"], section(**unsupported))
     if values.get("supports_by_speed") is not None:
         values["supports_by_speed"] = read_by_speed(table, values["supports_by_speed"], section(**unsupported))
+    if "states" in values:
+        read_states(table, values, section(**unsupported))
     body = section(**values)
     if values.get("supports"):
         _refuse_pushing_supports(table, body)

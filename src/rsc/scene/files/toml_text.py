@@ -1,4 +1,4 @@
-"""Writer of TOML: plain numbers, texts, flags, lists and tables; anything that could not be read back is refused."""
+"""Writer of TOML: plain numbers, texts, flags, lists and tables, also inline; what could not be read back is refused."""
 
 import math
 from collections.abc import Collection, Mapping
@@ -39,9 +39,11 @@ def toml_value(value: object, place: str = "value") -> str:
         if value and isinstance(value[0], list):
             return "[\n" + "".join(f"    {item},\n" for item in items) + "]"
         return "[" + ", ".join(items) + "]"
+    if isinstance(value, dict) and kind is dict:
+        return "{ " + ", ".join(f"{key} = {toml_value(item, f'{place}.{key}')}" for key, item in value.items()) + " }"
     if kind is int or (isinstance(value, float) and kind is float and math.isfinite(value)):
         return repr(value)
-    raise TypeError(f"{place} = {value!r} ({kind.__name__}): must be a finite number, text, flag or list of plain Python")
+    raise TypeError(f"{place} = {value!r} ({kind.__name__}): must be a finite number, text, flag, list or dict of plain Python")
 
 
 def _is_table(part: object) -> bool:

@@ -8,7 +8,7 @@ docs/users are generated from the same declarations (tools/scene_reference.py).
 import numbers
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, NoReturn
@@ -485,7 +485,7 @@ def plain(value: Any) -> Any:
         return [value.real, value.imag]
     if isinstance(value, tuple):
         return [plain(item) for item in value]
-    return value
+    return plain_section(value) if is_dataclass(value) else value
 
 
 def plain_section(section: Any) -> dict[str, Any]:

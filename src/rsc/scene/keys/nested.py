@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rsc.scene.keys.keys import MAX_COORDINATES, Number, RawTable, Values, as_list, known_keys, read_table
 from rsc.units import DIMENSIONS
@@ -39,6 +39,24 @@ class Tables:
             nested = table.within(f"{key}[{i}]", values)
             read.append(Item(nested, read_table(self.section, nested)))
         return tuple(read)
+
+
+@dataclass(frozen=True)
+class Inner:
+    """One table inside another, with the keys that a section class declares."""
+
+    section: type
+
+    @property
+    def wanted(self) -> str:
+        """The allowed form in words."""
+        return f"a table {{{', '.join(known_keys(self.section))}}}"
+
+    def read(self, table: RawTable, key: str, raw: object) -> Any:
+        """An instance of the section class."""
+        if not isinstance(raw, Mapping):
+            table.refuse(key, raw, self.wanted)
+        return read_table(self.section, table.within(key, raw)).made(self.section)
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from rsc.scene.keys.keys import (
     PairReader,
     RawTable,
     Values,
+    as_list,
     declare,
     per_coordinate,
     plain,
@@ -26,11 +27,12 @@ from rsc.scene.tables.contacts import Contact
 from rsc.scene.tables.drive import FREQUENCY
 
 MAX_PENETRATION = 0.1  # relative to the gap
-STATE_KEYS = ("rotor", "rotor_velocity", "stator", "stator_velocity")
+STATE_KEYS = ("rotor", "rotor_velocity", "stator", "stator_velocity", "rotor_states", "stator_states")
 KINDS = ("rest", "centre", "running", "whirl")
 _WITH_ALL = ("impulse", "allow_penetration")
 _DISPLACEMENT = Later("a list with one pair [y, z] per coordinate", (ListOf(PairReader("length")),))
 _VELOCITY = Later(_DISPLACEMENT.wanted, (ListOf(PairReader("velocity")),))
+_STATES = Later("a list with one pair [y, z] per first-order state", (ListOf(PairReader("dimensionless")),))
 
 
 @declared_in
@@ -42,9 +44,8 @@ class Start:
         None
     whirl : None, "backward" (the stable predicted whirl with the largest amplitude) or a frequency in Hz (the closest
         predicted whirl)
-    rotor, rotor_velocity : tuples of n_rotor complex, m and m/s (tilts rad, rad/s); stator, stator_velocity likewise; zeros
-    unless
-        a state is given
+    rotor, rotor_velocity : tuples of n_rotor complex, m and m/s (tilts rad, rad/s); stator, stator_velocity likewise;
+        rotor_states, stator_states : complex first-order states; zeros unless a state is given
     impulse : complex N s, on the rotor at its contact coordinate, in addition to any of these
     """
 
@@ -71,6 +72,12 @@ class Start:
     )
     stator: tuple[complex, ...] = declare(_DISPLACEMENT, None, meaning="Displacements of the stator at time 0, m.")
     stator_velocity: tuple[complex, ...] = declare(_VELOCITY, None, meaning="Velocities of the stator at time 0, m/s.")
+    rotor_states: tuple[complex, ...] = declare(
+        _STATES, None, meaning="First-order states of the rotor at time 0; zeros if not given."
+    )
+    stator_states: tuple[complex, ...] = declare(
+        _STATES, None, meaning="First-order states of the stator at time 0; zeros if not given."
+    )
     impulse: complex = declare(
         PairReader("impulse"), None, meaning="Impulse on the rotor at time 0: at its contact coordinate, added to the start."
     )
@@ -128,6 +135,8 @@ def read_start(table: RawTable, elsewhere: Callable[[str], str], rotor: Any, sta
 
 def _read_state(table: RawTable, key: str, values: Values, body: Any) -> tuple[complex, ...]:
     """Displacements or velocities of a body; zeros if not given."""
+    if key.endswith("states"):
+        return _read_first_order(table, key, values[key], body.n_states)
     if values[key] is None:
         return (0j,) * int(body.n_coordinates)
     units = ("angular velocity", "velocity") if key.endswith("velocity") else ("angle", "length")
@@ -136,6 +145,16 @@ def _read_state(table: RawTable, key: str, values: Values, body: Any) -> tuple[c
         table.refuse(key, values[key], "left out", "a rigid stator has no coordinates")
     read: tuple[complex, ...] = per_coordinate(table, key, values[key], readers)
     return read
+
+
+def _read_first_order(table: RawTable, key: str, raw: Any, count: int) -> tuple[complex, ...]:
+    """First-order states of a body; zeros if not given."""
+    if raw is None:
+        return (0j,) * count
+    parts = as_list(raw)
+    if not count or parts is None or len(parts) != count:
+        table.refuse(key, raw, f"a list of {count}, one pair [y, z] per first-order state" if count else "left out")
+    return tuple(PairReader("dimensionless").read(table, f"{key}[{i}]", part) for i, part in enumerate(parts))
 
 
 def _read_whirl(table: RawTable, raw: Any) -> str | float:

@@ -373,6 +373,7 @@ def energy(report, along):
         **({"turning shaft": ledger.turned_in} if ledger.turned_in else {}),
         **({"following springs": ledger.followed_in} if ledger.followed_in else {}),
         **({"drive": ledger.driven_in} if ledger.driven_in else {}),
+        **({"control": ledger.control_in} if ledger.control_in else {}),
         "friction": ledger.friction_in,
         "in rotor": -ledger.rotor_damping,
         "in stator": -ledger.stator_damping,

@@ -295,6 +295,7 @@ def run_text(summary):
         + (f"by the drive through rotating damping {told(ledger.turned_in)}, " if ledger.turned_in else "")
         + (f"by coefficients that follow the speed {told(ledger.followed_in)}, " if ledger.followed_in else "")
         + (f"by the torque of the drive {told(ledger.driven_in)}, " if ledger.driven_in else "")
+        + (f"by the control {told(ledger.control_in)}, " if ledger.control_in else "")
         + f"by friction {told(ledger.friction_in)}; "
         f"lost in rotor {rotor}, stator {stator}, contact {contact}; "
         f"change {told(ledger.change)}; residual {per_joule * ledger.residual:.2g} ({share:.1e} of the turnover)"

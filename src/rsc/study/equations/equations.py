@@ -236,6 +236,7 @@ def _refuse_unknown(scene: Scene, system: System) -> None:
         "a drive with a torque": system.drive is not None,
         "a race that turns": any(contact.law.race_inertia is not None for contact in system.contacts),
         "coefficients that follow the rotor speed": system.rotor.knots is not None,
+        "first-order states": system.n_states > 0,
         "bearings that are switched off": len(system.switched) > 0,
         "a contact law of another kind": any(type(contact.law) is not ContactLaw for contact in system.contacts),
     }

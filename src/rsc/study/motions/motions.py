@@ -19,6 +19,7 @@ from rsc.analysis.follow.least_friction import least_frictions
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import along
 from rsc.analysis.paper.rolling import rolling_whirls
+from rsc.analysis.paper.states import states_of
 from rsc.analysis.paper.synchronous import forward_rub, free_motion
 from rsc.analysis.paper.watched import shape_deflections, shares, touched
 from rsc.analysis.paper.whirls import whirl_shapes
@@ -401,7 +402,7 @@ def _candidates(system: System, speed: float) -> list[_Candidate]:
             "forward rub", speed, rub.amplitude, rub.normal_force, rub_growth(system, rub, Omega).rate, math.nan, True,
             _touched(system, rub.rotor_shape, rub.stator_shape),
         )  # fmt: skip
-        candidates.append(_Candidate(predicted, _turning(rub.rotor_shape, rub.stator_shape, Omega)))
+        candidates.append(_Candidate(predicted, _turning(system, rub.rotor_shape, rub.stator_shape, Omega)))
     letters = _letters()
     for whirl in predict_system(system, speed):
         predicted = Predicted(
@@ -414,7 +415,7 @@ def _candidates(system: System, speed: float) -> list[_Candidate]:
             "sliding" not in whirl.violated,
             whirl.touches,
         )
-        state = _turning(whirl.rotor_shape, whirl.stator_shape, TWO_PI * whirl.frequency)
+        state = _turning(system, whirl.rotor_shape, whirl.stator_shape, TWO_PI * whirl.frequency)
         candidates.append(_Candidate(predicted, _with_free(state, free, Omega)))
     for roll in rolling_whirls(system, Omega):
         sticking = system.with_friction(roll.traction)
@@ -423,7 +424,7 @@ def _candidates(system: System, speed: float) -> list[_Candidate]:
             "roll", roll.Psi / TWO_PI, roll.rotor_amplitude, roll.normal_force, roll.growth_rate, math.nan, True,
             _touched(system, rotor[0], stator[0]),
         )  # fmt: skip
-        candidates.append(_Candidate(predicted, _with_free(_turning(rotor[0], stator[0], roll.Psi), free, Omega)))
+        candidates.append(_Candidate(predicted, _with_free(_turning(system, rotor[0], stator[0], roll.Psi), free, Omega)))
     return candidates
 
 
@@ -442,7 +443,7 @@ def _several_candidates(system: System, speed: float) -> list[_Candidate]:
             label, whirl.frequency, whirl.rotor_amplitude, whirl.normal_force, whirl.growth_rate, math.nan,
             "sliding" not in whirl.violated, whirl.touches, forces,
         )  # fmt: skip
-        state = _turning(whirl.rotor_shape, whirl.stator_shape, TWO_PI * whirl.frequency)
+        state = _turning(system, whirl.rotor_shape, whirl.stator_shape, TWO_PI * whirl.frequency)
         candidates.append(_Candidate(predicted, _with_free(state, free, Omega)))
     return candidates
 
@@ -465,8 +466,12 @@ def _with_unbalance(system: System, whirl: Any) -> float:
         return math.nan
 
 
-def _turning(rotor: NDArray[np.complex128], stator: NDArray[np.complex128], Psi: float) -> InitialState:
-    return InitialState(rotor, 1j * Psi * rotor, stator, 1j * Psi * stator)
+def _turning(
+    system: System, rotor: NDArray[np.complex128], stator: NDArray[np.complex128], Psi: float
+) -> InitialState:
+    """The state of a motion with these shapes that turns at Psi in rad/s."""
+    states = states_of(system.joined(), Psi, np.concatenate([rotor, stator])) if system.n_states else None
+    return InitialState(rotor, 1j * Psi * rotor, stator, 1j * Psi * stator, states=states)
 
 
 def _with_free(state: InitialState, free: NDArray[np.complex128], Omega: float) -> InitialState:

@@ -278,6 +278,10 @@ def _slowest(system: System, speed: float) -> tuple[float, float, bool]:
         vibrating = size[size > FREE * size.max(initial=0.0)]  # a free motion's zero is rounding
         if vibrating.size:
             slowest = float(vibrating.min())
-    rates = [vibration.growth_rate for vibration in free_vibrations(system, speed) if vibration.growth_rate != 0.0]
+    vibrations = free_vibrations(system, speed)
+    if system.n_states:  # a controller is no spring
+        size = np.abs([each.frequency for each in vibrations])
+        slowest = min(size[size > FREE * size.max()], default=slowest)
+    rates = [vibration.growth_rate for vibration in vibrations if vibration.growth_rate != 0.0]
     grows = max(rates, default=0.0) > FREE * slowest
     return slowest, max(min(map(abs, rates), default=slowest), FREE * slowest), grows

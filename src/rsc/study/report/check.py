@@ -7,6 +7,7 @@ from math import tau as TWO_PI
 import numpy as np
 from numpy.typing import NDArray
 
+from rsc.analysis.alone.at_rest import static_deflection
 from rsc.analysis.alone.limits import acceptance_of
 from rsc.analysis.follow.branch import Branch
 from rsc.analysis.follow.branches import branches, set_branches
@@ -17,7 +18,7 @@ from rsc.analysis.paper.predict import refuse_backwards
 from rsc.analysis.paper.receptance import coupled_frequencies, uncoupled_frequencies
 from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.paper.synchronous import forward_rub, synchronous_resonance, unbalance_response
-from rsc.analysis.several.predict import refuse_offset
+from rsc.analysis.several.predict import refuse_unpredictable
 from rsc.analysis.survey.remarks import body_remarks, damper_warnings, scene_remarks, set_remarks
 from rsc.analysis.survey.survey import delays_of
 from rsc.arguments import FLAG, FUNCTION, PATH, RESULT, SCENE, optional, takes
@@ -99,7 +100,7 @@ def run_for_report(
 def _refuse_unpredicted(system: System) -> None:
     """SolverError for contacts of a System that nothing can be predicted for, before it is simulated."""
     if len(system.contacts) > 1:
-        refuse_offset(system)
+        refuse_unpredictable(system)
     else:
         _ = system.contact
 
@@ -238,6 +239,9 @@ def _load_deflection(system: System) -> float:
     """Deflection of the rotor at the contact by its constant load, m."""
     if not system.rotor.load.any():
         return 0.0
+    if system.n_states:
+        deflection = static_deflection(system.at_first_speed)
+        return float(abs(deflection @ system.rotor.contact)) if np.isfinite(deflection).all() else 0.0
     deflection, *_ = np.linalg.lstsq(system.at_first_speed.rotor.stiffness, system.rotor.load, rcond=None)
     return float(abs(deflection @ system.rotor.contact))
 

@@ -8,10 +8,11 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.analysis.alone.at_rest import at_rest, static_deflection
+from rsc.analysis.alone.at_rest import at_rest, states_at_rest, static_deflection, static_states
 from rsc.analysis.paper.anisotropy import unbalance_ellipse
 from rsc.analysis.paper.receptance import along
 from rsc.analysis.paper.stability import whirl_eigenvalues
+from rsc.analysis.paper.states import states_of
 from rsc.analysis.paper.whirls import whirl_shapes, whirls_by_place
 from rsc.errors import SceneError
 from rsc.scene.scene import Scene
@@ -115,7 +116,8 @@ def _single_state(scene: Scene, system: System) -> InitialState | SceneError | N
         return _running(scene, system)
     if start.kind == "state":
         parts = (start.rotor, start.rotor_velocity, start.stator, start.stator_velocity)
-        return InitialState(*(np.array(part, dtype=complex) for part in parts))
+        state = InitialState(*(np.array(part, dtype=complex) for part in parts))
+        return replace(state, states=np.array(start.rotor_states + start.stator_states, dtype=complex))
     still = np.zeros(system.n_rotor, complex), np.zeros(system.n_stator, complex)
     if start.kind == "centre":
         return InitialState(still[0], *still, still[1])
@@ -125,7 +127,7 @@ def _single_state(scene: Scene, system: System) -> InitialState | SceneError | N
     if place is None:
         hint = "nothing holds it; start.centre = true lets it fall"
         return SceneError(scene.source, "start.rest", True, "possible: the rotor and its load in equilibrium", hint)
-    return InitialState(place[0], still[0], place[1], still[1])
+    return InitialState(place[0], still[0], place[1], still[1], states=states_at_rest(system.at_first_speed))
 
 
 def _free_at_rest(
@@ -139,7 +141,7 @@ def _free_at_rest(
         if not abs(d) <= contact.gap:
             hint = f"the rotor would lie in {contact.name}; start.centre = true lets it fall there"
             return SceneError(scene.source, "start.rest", True, "an equilibrium without contact, of several contacts", hint)
-    return InitialState(rotor, still[0], still[1], still[1])
+    return InitialState(rotor, still[0], still[1], still[1], states=static_states(system.at_first_speed))
 
 
 def _running(scene: Scene, system: System) -> InitialState | SceneError:
@@ -158,7 +160,12 @@ def _running(scene: Scene, system: System) -> InitialState | SceneError:
             hint = f"it may reach {reach:.4g} m and the gap {contact.name and f'of {contact.name} '}is {contact.gap:.4g} m"
             return SceneError(scene.source, "start.running", True, f"a motion without contact at {speed:g} Hz", hint)
     still = np.zeros(system.n_stator, complex)
-    return InitialState(static + forward + backward, 1j * Omega * (forward - backward), still, still)
+    state = InitialState(static + forward + backward, 1j * Omega * (forward - backward), still, still)
+    if not system.n_states:
+        return state
+    bodies = system.at_first_speed.joined()
+    turning = [states_of(bodies, w, np.append(line, still)) for w, line in ((Omega, forward), (-Omega, backward))]
+    return replace(state, states=static_states(system.at_first_speed) + sum(turning))
 
 
 def _on_whirls(scenes: Sequence[Scene], systems: Sequence[System]) -> list[InitialState | SceneError]:
@@ -188,7 +195,11 @@ def _on_whirls(scenes: Sequence[Scene], systems: Sequence[System]) -> list[Initi
             outcomes.append(error)
     chosen = [i for i in outcomes if not isinstance(i, SceneError)]
     rotor, stator, turn = rotor[chosen], stator[chosen], 1j * Psi[chosen, None]
-    parts = (np.where(mirrors[place[chosen], None], part.conj(), part) for part in (rotor, turn * rotor, stator, turn * stator))
+    moving = [rotor, turn * rotor, stator, turn * stator]
+    if system.n_states:
+        shapes = np.concatenate([rotor, stator], axis=1)
+        moving += [np.zeros((len(chosen), 1)), states_of(system.at(place[chosen]).joined(), Psi[chosen], shapes)]
+    parts = (np.where(mirrors[place[chosen], None], part.conj(), part) for part in moving)
     states = (InitialState(*state) for state in zip(*parts, strict=True))
     return [i if isinstance(i, SceneError) else next(states) for i in outcomes]
 

@@ -1,0 +1,169 @@
+"""First-order states of a body: `states`, matrices of any kind, and `magnetic_bearings`, the commonest of them."""
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from rsc.scene.keys.keys import MAX_COORDINATES, Integer, Later, Listed, Number, RawTable, Sequence, as_list, declare
+from rsc.scene.keys.nested import Inner
+
+_ENTRIES = Sequence(Sequence(Number("dimensionless")))
+_PARTS = ("displacement", "velocity", "force")
+MAX_STATES = 100
+
+
+@dataclass(frozen=True, kw_only=True)
+class States:
+    """First-order states z of the body, alike in both directions: z' = Az z + Bz r + Bv r', with the force Lz z on r."""
+
+    matrix: tuple = declare(_ENTRIES, meaning="Az, p x p for p states.")
+    displacement: tuple | None = declare(_ENTRIES, None, meaning="Bz, p x N: what the displacements do to the states.")
+    velocity: tuple | None = declare(_ENTRIES, None, meaning="Bv, p x N: what the velocities do to the states.")
+    force: tuple = declare(_ENTRIES, meaning="Lz, N x p: force of the states on the coordinates, N (N m on tilts).")
+
+
+@dataclass(frozen=True, kw_only=True)
+class MagneticBearing:
+    """A magnetic bearing with its controller at one coordinate x: the force k_s x - u on it, with a' = nf (x - a), q' = x and
+    u' = w_a (K_p x + K_i q + K_d nf (x - a) - u)."""
+
+    negative_stiffness: float = declare(
+        Number("stiffness", low=0.0), 0.0, meaning="k_s > 0: the magnet pulls by k_s x away from the centre."
+    )
+    proportional: float = declare(Number("stiffness"), meaning="Gain K_p of the displacement.")
+    integral: float = declare(Number("integral gain", low=0.0), 0.0, meaning="Gain K_i of its integral.")
+    derivative: float = declare(Number("damping"), 0.0, meaning="Gain K_d of its filtered derivative.")
+    derivative_filter: float | None = declare(
+        Number("rate", above=0.0), None, meaning="Corner nf of the filter of the derivative; required with a derivative."
+    )
+    amplifier: float = declare(Number("frequency", above=0.0), meaning="Corner frequency w_a/2 pi of amplifier and coil.")
+
+
+class Matrices(NamedTuple):
+    """Az (p, p), Bz and Bv (p, n), Lz (n, p) of first-order states, and the stiffness (n, n) that belongs to them, N/m."""
+
+    matrix: NDArray[np.float64]
+    displacement: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    force: NDArray[np.float64]
+    stiffness: NDArray[np.float64]
+
+
+STATES = Inner(States)
+STATES_MEANING = "First-order states: controllers, lags, viscoelastic supports (below)."
+_NUMBERS = "negative_stiffness, proportional, integral, derivative, derivative_filter, amplifier"
+BEARINGS = Later(
+    f"a list of [coordinate, {{{_NUMBERS}}}]", (Sequence(Listed((Integer(0, MAX_COORDINATES), Inner(MagneticBearing)))),)
+)
+BEARINGS_MEANING = "Magnetic bearings with their controllers, as [coordinate, table of numbers] (below)."
+
+
+@dataclass(frozen=True, kw_only=True)
+class Controlled:
+    """Keys of the bodies that may have first-order states."""
+
+    states: States | None = declare(STATES, None, meaning=STATES_MEANING)  # noqa: RUF009 (it is a field)
+    magnetic_bearings: tuple | None = declare(BEARINGS, None, meaning=BEARINGS_MEANING)
+
+
+def read_states(table: RawTable, values: Any, body: Any) -> None:
+    """Check `states` and read `magnetic_bearings` of a body, in place; body: the same without them.
+
+    Raises
+    ------
+    SceneError
+        Matrices of other shapes, an incomplete bearing, or a bearing at a tilt or where coefficients follow the speed.
+    """
+    if values["states"] is not None:
+        _refuse_shapes(table, values["states"], body.n_coordinates)
+    raw = values["magnetic_bearings"]
+    made = () if raw is None else _bearings(table, raw, body)
+    values["magnetic_bearings"], bearings = made or None, [place for place, _ in made]
+    if sum(len(_of_bearing(own, 0, 1).matrix) for _, own in made) > MAX_STATES:
+        table.refuse("magnetic_bearings", bearings, f"bearings with at most {MAX_STATES} states together")
+    for i, (place, *_) in enumerate(values.get("supports_by_speed") or ()):
+        acting = values["states"] is not None and any(values["states"].force[place])
+        if acting or place in bearings:
+            hint = "put one of them at another coordinate, or write the support as states"
+            table.refuse(f"supports_by_speed[{i}][0]", place, "a coordinate without first-order states", hint)
+
+
+def _refuse_shapes(table: RawTable, states: States, n: int) -> None:
+    """SceneError unless the matrices fit each other and the body's n coordinates."""
+    p = len(states.matrix)
+    if not 0 < p <= MAX_STATES:
+        table.refuse("states.matrix", _plain(states.matrix), f"a matrix of 1 to {MAX_STATES} rows")
+    wanted = {"matrix": (p, p), "displacement": (p, n), "velocity": (p, n), "force": (n, p)}
+    for name, (rows, columns) in wanted.items():
+        matrix = getattr(states, name)
+        if matrix is not None and (len(matrix) != rows or any(len(row) != columns for row in matrix)):
+            hint = f"{p} states, as states.matrix has rows, and {n} coordinates"
+            table.refuse(f"states.{name}", _plain(matrix), f"a {rows} x {columns} matrix as nested lists", hint)
+    if states.displacement is None and states.velocity is None:
+        table.refuse("states.displacement", None, "given, or states.velocity", "nothing drives the states")
+
+
+def _plain(matrix: Any) -> list[list[float]]:
+    return [list(row) for row in matrix]
+
+
+def _bearings(table: RawTable, raw: Any, body: Any) -> tuple[Any, ...]:
+    """((coordinate, MagneticBearing), ...)."""
+    items = as_list(raw)
+    if items is None:
+        table.refuse("magnetic_bearings", raw, BEARINGS.wanted)
+    return tuple(_bearing(table, f"magnetic_bearings[{i}]", item, body) for i, item in enumerate(items))
+
+
+def _bearing(table: RawTable, key: str, item: Any, body: Any) -> tuple[int, MagneticBearing]:
+    parts = as_list(item)
+    if parts is None or len(parts) != 2:
+        table.refuse(key, item, f"[coordinate, {{{_NUMBERS}}}]")
+    place = Integer(0, body.n_coordinates - 1).read(table, f"{key}[0]", parts[0])
+    if place in body.tilts:
+        table.refuse(f"{key}[0]", place, "a displacement", f"coordinate {place} is a tilt")
+    bearing: MagneticBearing = Inner(MagneticBearing).read(table, key, parts[1])
+    if bearing.derivative and bearing.derivative_filter is None:
+        table.refuse(f"{key}.derivative_filter", None, "given with a derivative", "an exact derivative cannot be built")
+    return place, bearing
+
+
+def matrices_of(body: Any) -> Matrices | None:
+    """The first-order states of a body: those of `states`, then of every magnetic bearing a, q (if K_d, K_i are not 0) and u;
+    None without."""
+    n, states = body.n_coordinates, body.states
+    parts = [] if states is None else [_of_states(states, n)]
+    parts += [_of_bearing(bearing, place, n) for place, bearing in body.magnetic_bearings or ()]
+    if not parts:
+        return None
+    matrix, displacement, velocity, force, stiffness = zip(*parts, strict=True)
+    return Matrices(
+        scipy.linalg.block_diag(*matrix), np.vstack(displacement), np.vstack(velocity), np.hstack(force), sum(stiffness)
+    )
+
+
+def _of_states(states: States, n: int) -> Matrices:
+    none = np.zeros((len(states.matrix), n))
+    sensed, moved = (none if part is None else np.array(part) for part in (states.displacement, states.velocity))
+    return Matrices(np.array(states.matrix), sensed, moved, np.array(states.force), np.zeros((n, n)))
+
+
+def _of_bearing(bearing: MagneticBearing, place: int, n: int) -> Matrices:
+    """The Matrices of one magnetic bearing with the states a, q and u, or fewer."""
+    corner, lag = bearing.derivative_filter or 0.0, 2.0 * math.pi * bearing.amplifier
+    by_a = -bearing.derivative * corner
+    gains = np.array([by_a, bearing.integral])
+    matrix = np.array([[-corner, 0.0, 0.0], [0.0, 0.0, 0.0], [lag * by_a, lag * bearing.integral, -lag]])
+    sensed = np.array([corner, 1.0, lag * (bearing.proportional - by_a)])
+    kept = np.flatnonzero([*gains, 1.0])
+    unit = np.zeros(n)
+    unit[place] = 1.0
+    force = np.zeros((n, 3))
+    force[place, 2] = -1.0
+    displacement = np.outer(sensed, unit)
+    stiffness = -bearing.negative_stiffness * np.outer(unit, unit)
+    return Matrices(matrix[np.ix_(kept, kept)], displacement[kept], np.zeros((len(kept), n)), force[:, kept], stiffness)
