@@ -64,7 +64,7 @@ def words(command, folder):
     own = [str(places.get(word, word)) for word in shlex.split(command)[1:]]
     if own[0] == "run":
         return own
-    output = {"report": "page.html", "check": "check.html", "plot": "pictures", "sweep": "store"}.get(own[0])
+    output = {"report": "pages", "check": "checked", "plot": "pictures", "sweep": "store"}.get(own[0])
     return [*own, "-o", str(folder / output)] if output else own
 
 

@@ -9,6 +9,7 @@ from rsc.errors import SceneError
 from rsc.kernel.tableau import METHODS
 from rsc.scene.scene import Scene
 from rsc.study.run.start import initial_state
+from rsc.study.run.verify import verify
 from rsc.system.assemble import assemble
 from scenes import SCENES, changed
 from two_seals import pump
@@ -117,11 +118,11 @@ def test_scene_and_result_are_read_back(tmp_path):
     scene = Scene.from_dict(CHAINS)
     assert Scene.from_toml(scene.to_toml()) == scene and Scene.from_dict(scene.to_dict()) == scene
     result = rsc.simulate(scene, path=tmp_path / "run.h5")
-    loaded = rsc.load_result(tmp_path / "run.h5")
+    loaded = rsc.load(tmp_path / "run.h5")
     assert loaded.scene == scene and loaded.ledger == result.ledger and loaded.ledger.control_in != 0.0
     assert loaded.rotor_states.shape == (result.n_time, 2) and np.array_equal(loaded.stator_states, result.stator_states)
     assert loaded.rotor_states[0].tolist() == [1e-7, 2e-7j] and loaded.stator_states[0, 0] == 1e-5j
-    assert rsc.verify(tmp_path / "run.h5").same
+    assert verify(tmp_path / "run.h5").same
 
 
 def test_values_of_states_have_names():

@@ -55,9 +55,11 @@ def course_of(result: Trajectory, windows: Windows, system: System) -> Course:
 
 
 def sag_of(system: System, lead: str) -> float:
-    """Static deflection of the rotor in m by its constant load without contact, at one of several contacts or at the only one."""
-    one = system.at_contact(lead) if lead else system
-    return float(abs(static_deflection(one.at_first_speed) @ one.rotor.contact)) if one.rotor.load.any() else 0.0
+    """Static deflection of the rotor in m by its constant load without contact, at one of several contacts or at the only one, in
+    the bearings it has at the start; not finite where nothing holds it."""
+    one = (system.at_contact(lead) if lead else system).at_start
+    with np.errstate(invalid="ignore"):
+        return float(abs(static_deflection(one.at_first_speed) @ one.rotor.contact)) if one.rotor.load.any() else 0.0
 
 
 def border_of_run(result: Trajectory, system: System, features: Features) -> Border | None:
