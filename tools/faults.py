@@ -32,7 +32,7 @@ def _killed(scene, path, pause, resume):
     Returns whether it was still running.
     """
     import rsc
-    from rsc.results.result_file import part_of
+    from rsc.results.claims import part_of
 
     part, since = part_of(path), time.time()
     child = os.fork()

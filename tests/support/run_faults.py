@@ -71,7 +71,8 @@ def _child(action):
 def after(scene, path, whole):
     """(what was left, verdict) after a fault: what can be read is a part of the whole, and the run goes on to the same bits."""
     import rsc
-    from rsc.results.result_file import ResultFile, resumable
+    from rsc.results.result_file import ResultFile
+    from rsc.results.unfinished import resumable
 
     try:
         left = resumable(path)

@@ -24,7 +24,8 @@ import rsc
 import rsc.cli
 import rsc.simulation.run
 from rsc.cli import main
-from rsc.results.result_file import ResultWriter, part_of
+from rsc.results.claims import part_of
+from rsc.results.result_file import ResultWriter
 from rsc.simulation.run import versions
 from rsc.study.run.simulate import simulate
 from rsc.study.run.start import run_of

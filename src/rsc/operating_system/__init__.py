@@ -1,7 +1,8 @@
 """Everything that depends on the operating system; no other code distinguishes between systems.
 
 posix.py is for Linux and macOS, windows.py for Windows; both define the same names with the same meaning. windows.py was written
-from documentation and is tested on Linux without what Windows lacks (tests/support/without_posix), not on Windows itself.
+from documentation and is tested on Linux without what Windows lacks (tests/support/without_posix) and under Wine (tools/wine.py),
+not on Windows itself.
 """
 
 import sys
@@ -13,6 +14,7 @@ from rsc.operating_system.shared import UnsafeFolder
 if sys.platform == "win32" or (not TYPE_CHECKING and find_spec("fcntl") is None):
     from rsc.operating_system.windows import (
         CACHES,
+        NEAR_CODE,
         SENT_TWICE,
         STOPS,
         Claim,
@@ -36,6 +38,7 @@ if sys.platform == "win32" or (not TYPE_CHECKING and find_spec("fcntl") is None)
 else:
     from rsc.operating_system.posix import (
         CACHES,
+        NEAR_CODE,
         SENT_TWICE,
         STOPS,
         Claim,
@@ -59,6 +62,7 @@ else:
 
 __all__ = [
     "CACHES",
+    "NEAR_CODE",
     "SENT_TWICE",
     "STOPS",
     "Claim",

@@ -19,6 +19,7 @@ assert sys.platform != "win32" or not TYPE_CHECKING
 StrPath = str | os.PathLike[str]
 CACHES = "XDG_CACHE_HOME"  # environment variable with an alternative cache folder
 # signals that ask a process to end, from a scheduler or a closed terminal (Ctrl-C exists on every system)
+NEAR_CODE = True  # compiled code may be laid out so that all it calls is within reach of a relative address
 STOPS = (signal.SIGTERM, signal.SIGHUP)
 SENT_TWICE = (signal.SIGHUP,)  # sent by both terminal and shell: a second one means nothing new
 # neither wait for the other end of a pipe nor make a terminal the controlling one

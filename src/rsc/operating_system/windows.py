@@ -32,6 +32,7 @@ assert sys.platform == "win32" or not TYPE_CHECKING
 
 StrPath = str | os.PathLike[str]
 CACHES = "LOCALAPPDATA"  # environment variable with the user's local data folder
+NEAR_CODE = False  # LLVM's loader of COFF code asks for relative addresses that libraries are beyond, and ends the process
 STOPS = (signal.SIGTERM, signal.SIGBREAK)  # signals that ask a process to end (Ctrl-C exists on every system)
 SENT_TWICE: tuple[int, ...] = ()  # none of them
 LOCKED_BYTE = 2**30  # far beyond the end of a file, where a lock prevents nobody from reading

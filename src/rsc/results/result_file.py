@@ -15,12 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.errors import DataError, WriteError
-from rsc.files.content import refuse_special
 from rsc.files.gate import values_of
 from rsc.files.held_back import HeldBack
-from rsc.files.whole import kind_of
 from rsc.measure.stretches import COLUMNS, OF_CLEARANCE, Stretches
-from rsc.operating_system import Claim, explained, remove
 from rsc.results.agreement import (
     refuse_impossible,
     refuse_other_end,
@@ -28,6 +25,7 @@ from rsc.results.agreement import (
     refuse_other_stretches,
     refuse_other_times,
 )
+from rsc.results.claims import claimed, part_of
 from rsc.results.result_format import (
     AXES,
     BLOCKS,
@@ -58,112 +56,11 @@ from rsc.results.result_format import (
     with_sums,
     without_sums,
 )
-from rsc.results.structure import has_format, reading, refuse_other_file, refuse_other_part
+from rsc.results.structure import reading, refuse_other_file
 from rsc.results.summary import Ledger, Status, Summary
 from rsc.scene.scene import Scene
 
-BEGINNING = 2**17  # bytes of a file before its first samples, at most
 LAYOUT = ("v110", "v110")  # of HDF5 1.10, the first with a single-writer form: HDF5 2 by default writes what 1.14 cannot read
-
-
-def part_of(path):
-    """Name of the file while its run goes on."""
-    path = Path(path)
-    return path.parent / f"{path.name}.part"
-
-
-def _left_of(path):
-    """Name of the file left by a killed run, while the run that continues it copies it."""
-    path = Path(path)
-    return path.parent / f"{path.name}.left"
-
-
-def resumable(path):
-    """The file that holds the run to be continued: one left by a kill, or the result itself; None where a kill left only a file
-    without a beginning, DataError where there is nothing."""
-    path = Path(path)
-    left = [file for file in (_left_of(path), part_of(path)) if os.path.lexists(file)]
-    begun = [file for file in left if not _is_without_beginning(file)]
-    if begun or path.exists():
-        return (*begun, path)[0]
-    if left:
-        return None
-    raise DataError(path, "does not exist, nor does what a kill would have left of it")
-
-
-def _is_without_beginning(file):
-    """Whether a run was killed before its file was one of HDF5, or before its first checkpoint."""
-    status = os.lstat(file)
-    if kind_of(status):  # to open a pipe might never end
-        return False
-    try:
-        with reading(file).opened() as opened:
-            named = has_format(opened)
-    except Exception:  # whatever HDF5 says of it
-        return status.st_size <= BEGINNING
-    try:
-        stored = ResultFile(file)
-        return not named or (stored.n_time() == 0 and stored.checkpoint()[0] is None)
-    except DataError:
-        return False
-
-
-def refuse_unfinished(path):
-    """DataError where another run writes this result, or a killed one left samples of it from which `--resume` goes on.
-
-    Returns the name of what a killed run left that cannot be continued, "" where there is none.
-    """
-    part, damaged = part_of(path), ""
-    if os.path.lexists(part):
-        _claimed(path, part, False).close()
-    for file in (_left_of(path), part):
-        if not os.path.isfile(file) or _is_without_beginning(file):
-            continue
-        try:
-            checkpoint = ResultFile(file).checkpoint()[0]
-        except DataError:
-            checkpoint = None
-        if checkpoint is None:
-            damaged = file.name
-        elif rows := int(checkpoint["rows"][0]):
-            how = "go on with --resume, or replace them with --force (Python: overwrite=True)"
-            raise DataError(path, f"cannot be written ({file.name} holds {rows} samples of a killed run: {how})")
-    return damaged
-
-
-def take_over(path, overwrite=False):
-    """Set aside a file left by a kill, so that NAME.part is free for the continued run; returns the file of the samples."""
-    source, part, left = resumable(path), part_of(path), _left_of(path)
-    if source != part:
-        return source
-    with Guard(path, "cannot be written"):
-        _claimed(path, part, overwrite).set_aside(left)
-    return left
-
-
-def discard_left(path):
-    """Remove the file that `take_over` set aside, once it is copied."""
-    with Guard(path, "cannot be written"):
-        remove(_left_of(path))
-
-
-def _claimed(path, part, overwrite):
-    """The part file, claimed for this process alone."""
-    refuse_other_file(path, overwrite)
-    for file in () if overwrite else (part, _left_of(path)):
-        refuse_other_part(file)
-    try:
-        claim = Claim(part)
-    except OSError as error:
-        raise DataError(path, f"cannot be written ({explained(error)})") from None
-    try:
-        refuse_special(part, claim.status)
-        if claim.held is False:
-            raise DataError(path, f"is being written by another run (lock on {part.name})")
-    except DataError:
-        claim.close()
-        raise
-    return claim
 
 
 class ResultFile:
@@ -392,7 +289,7 @@ class ResultWriter:
         self.path, self._file, self._rows, self._nothing = Path(path), None, 0, _no_stretches(scene)
         self._head = {"format": FORMAT, "title": scene.title, "scene": scene.to_toml(), "versions": versions}
         self._part = part_of(path)
-        self._claim = _claimed(self.path, self._part, overwrite)
+        self._claim = claimed(self.path, self._part, overwrite)
         self.locked = bool(self._claim.held)
         self._has_samples = False
 

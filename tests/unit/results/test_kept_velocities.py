@@ -9,7 +9,8 @@ import pytest
 import forge
 import rsc
 from rsc.cli import main
-from rsc.results.result_file import ResultWriter, part_of
+from rsc.results.claims import part_of
+from rsc.results.result_file import ResultWriter
 from rsc.results.result_format import FORMAT
 from rsc.simulation.run import versions
 from rsc.study.run.start import run_of

@@ -5,12 +5,13 @@ calls go through registers. Within one block relative addresses suffice. On Wind
 other libraries lie out of reach there, LLVM's loader of COFF code makes no jumps to them, and an assertion ends the process.
 """
 
-import sys
 from functools import cache
 
 import numba
 from numba.core.codegen import JITCPUCodegen
 from numba.core.compiler_lock import global_compiler_lock
+
+from rsc.operating_system import NEAR_CODE
 
 
 class _NearCodegen(JITCPUCodegen):
@@ -23,7 +24,7 @@ class _NearCodegen(JITCPUCodegen):
 @cache
 def near_codegen():
     """The code generator, one per process, for code kept by `code_cache`."""
-    if sys.platform == "win32":
+    if not NEAR_CODE:
         return JITCPUCodegen("rsc")
     before = numba.config.USE_LLVMLITE_MEMORY_MANAGER
     numba.config.USE_LLVMLITE_MEMORY_MANAGER = True  # this memory manager puts all sections of a function into one block

@@ -20,10 +20,11 @@ from rsc.kernel.model import SAMPLES, STEPS
 from rsc.operating_system import SENT_TWICE, STOPS
 from rsc.results.agreement import refuse_other_scene
 from rsc.results.budget import foresee, refuse_too_large
-from rsc.results.result_file import ResultFile, ResultWriter, discard_left, read_summary, refuse_unfinished, resumable, take_over
+from rsc.results.result_file import ResultFile, ResultWriter, read_summary
 from rsc.results.structure import refuse_other_file
 from rsc.results.summary import Status, Summary
 from rsc.results.trajectory import MemoryBlocks, Trajectory, load
+from rsc.results.unfinished import discard_left, refuse_unfinished, resumable, take_over
 from rsc.scene.scene import Scene
 from rsc.scene.tables.sections import RETIRED_METHODS
 from rsc.simulation.run import Run, versions
