@@ -62,7 +62,7 @@ def of_whirl(text, witness):
         if name_of(kinds) != name:
             yield f"window {i} is {kinds}, called {name!r}"
     backward = any(str(kind) in BACKWARD for kind in report.features.kind)
-    if ("no backward whirl" in text.split("; ")) == backward:
+    if any(part.startswith("no backward whirl") for part in text.split("; ")) == backward:
         yield "backward whirl and none"
     touched = any(signals.touch.any() for signals in witness.runs.of(0))
     if ("no contact" in text.split("; ")) == touched and touched:

@@ -179,7 +179,7 @@ def told(ends):
 
 def _started(follower, listed, motion):
     """Impacts that are said to end in a motion; skipped where runs from beside one end in several."""
-    disagree = False
+    disagree, seen = False, []
     index = next(i for i, one in enumerate(listed.motions) if one is motion)
     hits = np.flatnonzero(listed.ended == index)[:IMPACTS].tolist()
     for k in hits:
@@ -187,8 +187,9 @@ def _started(follower, listed, motion):
         ends = [follower.end(beside(state, follower.runs.machine, number)) for number in range(3)]
         if any(is_that(*end, motion) for end in ends):
             return ""
+        seen += ends
         disagree |= len({tuple(frozenset(place.kinds) for place in places) for places, _ in ends}) > 1
-    return "skipped" if disagree else f"none of impacts {hits} ends in {motion.motion}"
+    return "skipped" if disagree else f"none of impacts {hits} ends in {motion.motion}: {told(seen)}"
 
 
 def _smallest(follower, listed):
