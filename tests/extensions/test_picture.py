@@ -54,5 +54,5 @@ def test_a_trace_that_a_renderer_does_not_know_is_refused(kind, ask, monkeypatch
 
 def test_a_section_that_the_page_does_not_have_is_refused(monkeypatch):
     monkeypatch.setitem(PICTURES, NAME, Entry(lambda report, along: None, section="Weather"))
-    with pytest.raises(ValueError, match="no section 'Weather', only Frequencies, Amplitude"):
+    with pytest.raises(ValueError, match="no section 'Weather', only Machine, Frequencies"):
         page(short_report())

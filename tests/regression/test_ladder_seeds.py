@@ -28,7 +28,7 @@ def test_clock_of_a_long_run_does_not_drift():
     """Ten million steps of 1e-5 s from 500 s on: the time is their exact sum to 1e-17 s, the rotation stays within one turn and
     has the phase of the exact product to 1e-9 turns (each step rounds it by 1e-16)."""
     count, h, speed = 10_000_000, 1e-5, 97.3
-    segment = Segment(0.0, 1e4, speed, 0.0, (), ())
+    segment = Segment(0.0, 1e4, speed, 0.0, (), (), ())
     clock = _many_steps(segment, Clock(500.0, 0.0, 0.25, speed, 0.0, 0.0, 1.0, (), ()), h, count)
     exact = Fraction(500) + count * Fraction(h)
     assert abs(Fraction(clock.hi) + Fraction(clock.lo) - exact) < Fraction(1, 10**17)

@@ -231,6 +231,11 @@ def _stable(branch, speeds):
     return f"stable below {frequency_text(high, '.1f')}" if high < speeds.max() else "stable at all speeds of the run"
 
 
+def _of_run(report, speed):
+    """Label of the whirl that the run itself follows in the window nearest to a speed in Hz, "" for none."""
+    return report.windows[int(np.argmin(abs(report.fall.speed - speed)))].branch if report.windows else ""
+
+
 def _others(report):
     """Motions that last after an impact, predicted motions not reached, and the coverage, for each list."""
     lines = []
@@ -244,7 +249,7 @@ def _others(report):
             if one.forces
             else f"{whirl_name(one.label)} ({frequency_text(one.frequency)}, {one.amplitude / listed.gap:.2f} gaps)"
             for one in listed.not_reached
-            if one.stable and one.label != "forward rub"
+            if one.stable and one.label not in ("forward rub", _of_run(report, listed.speed))
         ]
         if predicted:
             lines.append(("not reached", f"{at} predicted to be stable, but no run ended there: {', '.join(predicted)}"))
