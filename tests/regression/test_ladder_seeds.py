@@ -29,7 +29,7 @@ def test_clock_of_a_long_run_does_not_drift():
     has the phase of the exact product to 1e-9 turns (each step rounds it by 1e-16)."""
     count, h, speed = 10_000_000, 1e-5, 97.3
     segment = Segment(0.0, 1e4, speed, 0.0, (), (), ())
-    clock = _many_steps(segment, Clock(500.0, 0.0, 0.25, speed, 0.0, 0.0, 1.0, (), ()), h, count)
+    clock = _many_steps(segment, Clock(500.0, 0.0, 0.25, speed, 0.0, 0.0, 1.0, (), (), ()), h, count)
     exact = Fraction(500) + count * Fraction(h)
     assert abs(Fraction(clock.hi) + Fraction(clock.lo) - exact) < Fraction(1, 10**17)
     turns = Fraction(1, 4) + count * Fraction(h) * Fraction(speed)

@@ -106,7 +106,7 @@ def test_rotation_inside_a_step_is_good_for_every_length_of_it():
     """Up to a quarter of a turn, which no step exceeds (`Model.h_max`)."""
     for tau in np.linspace(0.0, 0.25 / 46.0, 400):
         angle = 2 * np.pi * (0.7 + 46.0 * tau + 0.5 * 3.0 * tau**2)
-        got = _turn_after(Segment(0.0, 10.0, 40.0, 3.0, (), ()), 0.7, tau)
+        got = _turn_after(Segment(0.0, 10.0, 40.0, 3.0, (), (), ()), 0.7, tau)
         assert np.allclose(got, (np.cos(angle), np.sin(angle)), rtol=0.0, atol=2e-15)
 
 
