@@ -202,7 +202,7 @@ class Constants(NamedTuple):
     following: tuple  # see `following_of`, () if all coefficients are constant
     drive: tuple  # `drive.Drive`, () if the speed is prescribed
     flight: tuple  # `Flight`, () if the scene has no exact flight
-    states: tuple  # `states.States`, () without first-order states
+    states: tuple  # `states.PackedStates`, () without first-order states
 
 
 class Flight(NamedTuple):

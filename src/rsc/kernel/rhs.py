@@ -199,7 +199,7 @@ def _fed(turned, weight, rotating):
 @inlined
 def _parts_coupled(con, field, motion, turn, pushes):
     """With full matrices: (accelerations, imposed force, damping force, Turned, power fed by speed-dependent springs,
-    Controlled), times field.time."""
+    StateForces), times field.time."""
     x, v, _ = motion
     imposed, following = _sprung(con, field, x, field.time * imposed_at(con, turn), turn)
     a, damping = _damped(con, field, v, turn, _linear(field, x, imposed, v), field.damping * v)

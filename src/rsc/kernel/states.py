@@ -26,14 +26,14 @@ class StateData(NamedTuple):
     weight: np.ndarray  # (2n,) kg, modal masses of the bodies, 0 at states
 
 
-class States(NamedTuple):
+class PackedStates(NamedTuple):
     """First-order states in Constants."""
 
     mark: object
     weight: object
 
 
-class Controlled(NamedTuple):
+class StateForces(NamedTuple):
     """What the states add to accelerations, and its power on the bodies in W, both times field.time."""
 
     change: object
@@ -42,10 +42,10 @@ class Controlled(NamedTuple):
 
 @static
 def states_of(data, width):
-    """The States of a StateData; () for ()."""
+    """The PackedStates of a StateData; () for ()."""
     if is_none(data):
         return ()
-    return States(vec.load(data.mark, width), vec.load(data.weight, width))
+    return PackedStates(vec.load(data.mark, width), vec.load(data.weight, width))
 
 
 @static
@@ -68,17 +68,17 @@ def matrices_in(matrices, i):
 
 @static
 def controlled(con, field, x, v):
-    """The Controlled in a state (x, v); () without states."""
+    """The StateForces in a state (x, v); () without states."""
     if not has_states(con):
         return ()
     change = field.time * (vec.times_columns(field.states[0], v) + vec.times_columns(field.states[1], x))
     y, z = vec.pair_sum(vec.product(con.states.weight * v, change))
-    return Controlled(change, y + z)
+    return StateForces(change, y + z)
 
 
 @static
 def with_control(part, a):
-    """Add a Controlled to accelerations."""
+    """Add a StateForces to accelerations."""
     return a if is_none(part) else a + part.change
 
 

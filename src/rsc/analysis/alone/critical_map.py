@@ -21,7 +21,7 @@ REACH = 1e-2, 1e2  # of the stiffnesses, relative to the smallest and largest of
 
 
 @dataclass(frozen=True, repr=False)
-class Bearing(Brief):
+class MappedBearing(Brief):
     """A bearing of the map as it is in the machine: (n,) speeds in Hz and mean direct stiffness in N/m, one of each if constant.
 
     varied : bool, whether the map varies its stiffness; another one keeps that at its lowest speed
@@ -37,12 +37,12 @@ class Bearing(Brief):
 class CriticalMap(Brief):
     """Undamped critical speeds over the stiffness that all varied bearings have.
 
-    stiffness : (k,) N/m; speed : (k, 6) Hz, increasing, NaN where there are fewer; bearings : tuple of Bearing
+    stiffness : (k,) N/m; speed : (k, 6) Hz, increasing, NaN where there are fewer; bearings : tuple of MappedBearing
     """
 
     stiffness: NDArray[np.float64]
     speed: NDArray[np.float64]
-    bearings: tuple[Bearing, ...]
+    bearings: tuple[MappedBearing, ...]
 
     def table(self) -> Table:
         """A `rsc.files.tables.Table` with a row for each stiffness, for pandas (`to_dataframe`) and CSV (`to_csv`)."""
@@ -94,7 +94,7 @@ def critical_map(scene: SceneLike, stiffness: ArrayLike | None = None, bearings:
             raise SceneError("critical_map", "bearings", name, f"the name of a bearing ({names})", nearest(name, known))
     varied = [i for i, name in enumerate(known) if bearings is None or name in bearings]
     actual = tuple(
-        Bearing(one.name or f"bearing at {one.place:g} m", one.speeds, mean_stiffness(one), i in varied)
+        MappedBearing(one.name or f"bearing at {one.place:g} m", one.speeds, mean_stiffness(one), i in varied)
         for i, one in enumerate(shaft.supports)
     )
     values = _default(actual) if stiffness is None else np.atleast_1d(np.asarray(stiffness, dtype=float))
@@ -104,7 +104,7 @@ def critical_map(scene: SceneLike, stiffness: ArrayLike | None = None, bearings:
     return CriticalMap(values, undamped_criticals(shaft, nodes, values, varied, SPEEDS), actual)
 
 
-def _default(bearings: Sequence[Bearing]) -> NDArray[np.float64]:
+def _default(bearings: Sequence[MappedBearing]) -> NDArray[np.float64]:
     """Stiffnesses about those of the varied bearings."""
     own = np.concatenate([one.stiffness for one in bearings if one.varied])
     own = own[own > 0.0]

@@ -27,7 +27,7 @@ from rsc.scene.bodies.body_model import (
     BodyModel,
     LoadedRotor,
 )
-from rsc.scene.bodies.states import Controlled
+from rsc.scene.bodies.states import HasStates
 from rsc.scene.files.matrix_files import MatrixReader, is_definite, refuse_asymmetric
 from rsc.scene.keys import mirror
 from rsc.scene.keys.keys import (
@@ -47,7 +47,7 @@ from rsc.scene.keys.keys import (
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Laval(Controlled, BodyModel):
+class _Laval(HasStates, BodyModel):
     """One mass on an isotropic spring and dashpot."""
 
     mass: float = declare(MASS, meaning="Mass of the body.")
@@ -78,7 +78,7 @@ class _Laval(Controlled, BodyModel):
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Chain(Controlled, BodyModel):
+class _Chain(HasStates, BodyModel):
     """Masses in a row between two walls, with springs (and dashpots) wall-1, 1-2, ..., N-wall."""
 
     masses: tuple = declare(Sequence(MASS), meaning="Masses in order, one coordinate each.")
@@ -138,7 +138,7 @@ def _links(constants: Any) -> Any:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Matrices(Controlled, BodyModel):
+class _Matrices(HasStates, BodyModel):
     """Any mass, damping and stiffness matrices."""
 
     mass: tuple = declare(MatrixReader(), meaning="Mass matrix, symmetric and positive definite.")
@@ -227,7 +227,7 @@ def _tilting_matrix(kind: str) -> MatrixReader:
 
 
 @dataclass(frozen=True, kw_only=True)
-class DiskRotor(Controlled, LoadedRotor):
+class DiskRotor(HasStates, LoadedRotor):
     """[rotor] model = "disk": displacement (coordinate 0) and tilt (1) of one disk with gyroscopics."""
 
     mass: float = declare(MASS, meaning="Mass of the disk.")

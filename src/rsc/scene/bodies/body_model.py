@@ -111,7 +111,7 @@ class BodyModel(ABC):
         return None
 
     def first_order(self) -> Any:
-        """`rsc.scene.bodies.states.Matrices` of the first-order states; None without any."""
+        """`rsc.scene.bodies.states.StateMatrices` of the first-order states; None without any."""
         return matrices_of(self)
 
     @property

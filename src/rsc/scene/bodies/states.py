@@ -43,7 +43,7 @@ class MagneticBearing:
     amplifier: float = declare(Number("frequency", above=0.0), meaning="Corner frequency w_a/2 pi of amplifier and coil.")
 
 
-class Matrices(NamedTuple):
+class StateMatrices(NamedTuple):
     """Az (p, p), Bz and Bv (p, n), Lz (n, p) of first-order states, and the stiffness (n, n) that belongs to them, N/m."""
 
     matrix: NDArray[np.float64]
@@ -63,7 +63,7 @@ BEARINGS_MEANING = "Magnetic bearings with their controllers, as [coordinate, ta
 
 
 @dataclass(frozen=True, kw_only=True)
-class Controlled:
+class HasStates:
     """Keys of the bodies that may have first-order states."""
 
     states: States | None = declare(STATES, None, meaning=STATES_MEANING)  # noqa: RUF009 (it is a field)
@@ -76,7 +76,7 @@ def read_states(table: RawTable, values: Any, body: Any) -> None:
     Raises
     ------
     SceneError
-        Matrices of other shapes, an incomplete bearing, or a bearing at a tilt or where coefficients follow the speed.
+        StateMatrices of other shapes, an incomplete bearing, or a bearing at a tilt or where coefficients follow the speed.
     """
     if values["states"] is not None:
         _refuse_shapes(table, values["states"], body.n_coordinates)
@@ -132,7 +132,7 @@ def _bearing(table: RawTable, key: str, item: Any, body: Any) -> tuple[int, Magn
     return place, bearing
 
 
-def matrices_of(body: Any) -> Matrices | None:
+def matrices_of(body: Any) -> StateMatrices | None:
     """The first-order states of a body: those of `states`, then of every magnetic bearing a, q (if K_d, K_i are not 0) and u;
     None without."""
     n, states = body.n_coordinates, body.states
@@ -141,19 +141,19 @@ def matrices_of(body: Any) -> Matrices | None:
     if not parts:
         return None
     matrix, displacement, velocity, force, stiffness = zip(*parts, strict=True)
-    return Matrices(
+    return StateMatrices(
         scipy.linalg.block_diag(*matrix), np.vstack(displacement), np.vstack(velocity), np.hstack(force), sum(stiffness)
     )
 
 
-def _of_states(states: States, n: int) -> Matrices:
+def _of_states(states: States, n: int) -> StateMatrices:
     none = np.zeros((len(states.matrix), n))
     sensed, moved = (none if part is None else np.array(part) for part in (states.displacement, states.velocity))
-    return Matrices(np.array(states.matrix), sensed, moved, np.array(states.force), np.zeros((n, n)))
+    return StateMatrices(np.array(states.matrix), sensed, moved, np.array(states.force), np.zeros((n, n)))
 
 
-def _of_bearing(bearing: MagneticBearing, place: int, n: int) -> Matrices:
-    """The Matrices of one magnetic bearing with the states a, q and u, or fewer."""
+def _of_bearing(bearing: MagneticBearing, place: int, n: int) -> StateMatrices:
+    """The StateMatrices of one magnetic bearing with the states a, q and u, or fewer."""
     corner, lag = bearing.derivative_filter or 0.0, 2.0 * math.pi * bearing.amplifier
     by_a = -bearing.derivative * corner
     gains = np.array([by_a, bearing.integral])
@@ -166,4 +166,4 @@ def _of_bearing(bearing: MagneticBearing, place: int, n: int) -> Matrices:
     force[place, 2] = -1.0
     displacement = np.outer(sensed, unit)
     stiffness = -bearing.negative_stiffness * np.outer(unit, unit)
-    return Matrices(matrix[np.ix_(kept, kept)], displacement[kept], np.zeros((len(kept), n)), force[:, kept], stiffness)
+    return StateMatrices(matrix[np.ix_(kept, kept)], displacement[kept], np.zeros((len(kept), n)), force[:, kept], stiffness)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from rsc.analysis.alone.critical_map import Bearing, CriticalMap
+from rsc.analysis.alone.critical_map import CriticalMap, MappedBearing
 from rsc.errors import one_line
 from rsc.show.pictures.traces import BLUE, GREEN, ORANGE, PURPLE, RED, SKY, axes, dots, line
 from rsc.show.words.table import table
@@ -29,7 +29,7 @@ def map_text(made: CriticalMap, title: str) -> str:
     return "\n".join([*lines, table(header, rows), *(f"stiffness of {one.name}: {_told(one)}" for one in made.bearings)])
 
 
-def _told(bearing: Bearing) -> str:
+def _told(bearing: MappedBearing) -> str:
     ends = [amount(value, "N/m") for value in dict.fromkeys([bearing.stiffness.min(), bearing.stiffness.max()])]
     return " to ".join(ends) + (", over the rotor speed" if len(ends) > 1 else "") + ("" if bearing.varied else ", not varied")
 
