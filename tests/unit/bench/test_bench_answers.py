@@ -87,12 +87,12 @@ def test_the_steady_motion_without_contact_goes_on_as_it_is():
         assert np.abs(run.state.x - free.x).max() < 1e-6 * np.abs(free.x).max()
 
 
-def motion(d, contact=True, speed=50.0, rolls=False, fed=1.0, driven=False):
+def motion(d, contact=True, speed=50.0, rolls=False, fed=1.0, driven=False, near=False):
     """Signals of a deflection d (n,), in contact where told."""
     signals = object.__new__(Signals)
     signals.time, signals.gap, signals.diverged, signals.driven, signals.d = TIME, GAP, False, driven, d
     signals.touch = np.broadcast_to(contact, d.shape) & True
-    signals.rolls, signals.fed = signals.touch & rolls, fed * signals.touch
+    signals.rolls, signals.near, signals.fed = signals.touch & rolls, signals.touch & near, fed * signals.touch
     signals.turn, signals.shaft = np.unwrap(np.angle(d)) / (2.0 * np.pi), speed * TIME
     return signals
 
@@ -128,6 +128,8 @@ def test_near_a_limit_both_kinds_are_allowed():
         "backward whirl, sliding",
         "bouncing backward whirl",
     }
+    slips = motion(circle(-80.0, 1.1 * GAP), near=True)  # by as much as the limit between sliding and rolling
+    assert kinds(slips, TIME[0], TIME[-1]) == {"backward whirl, sliding", "backward whirl, rolling"}
 
 
 def test_lines_are_read_and_side_lobes_are_not():
