@@ -23,7 +23,7 @@ from rsc.study.run.start import run_of
 from scenes import SCENES
 
 SOURCES = Path(__file__).parents[3] / "src"
-GOOD = "    a, damped, driven, rotating, following = _accelerated(con, field, state, turn, pushes, weight, work)\n"
+GOOD = "    a, damped, driven, rotating, following, control = _accelerated(con, field, state, turn, pushes, weight, work)\n"
 # without a contact diameter the kernel makes no use of slip_velocity: it carries the speed from which on all is NaN, or minus the
 # speed from which on all is infinite; and for a stage or term alone STAGE times its number more
 STAGE, END = 1e4, 20
