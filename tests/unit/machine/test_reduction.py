@@ -19,7 +19,7 @@ from rsc.machine.reduction.body import FEW, MOST, checked, product, solutions
 from rsc.machine.reduction.points import critical_speeds, natural_frequencies
 from rsc.machine.reduction.reduction import reduce
 from rsc.machine.reduction.shifts import receptance_error
-from rsc.system.body import Body
+from rsc.system.body import STATES, Body
 from rsc.system.knots import ANISOTROPIC
 
 MATRICES = ("mass", "damping", "stiffness", "gyroscopic", "skew_stiffness", "skew_damping")
@@ -311,7 +311,7 @@ def test_every_matrix_of_a_body_is_reduced():
     """A matrix field that the reduction does not know would be lost without a word."""
     kept, one = {"contact", "unbalance", "load", "observers"}, np.ones((2, 2))
     kept |= {"rotating_damping", "knots"}  # test_following
-    refused = dict.fromkeys((*ANISOTROPIC, "unbalance_euler"), one)
+    refused = dict.fromkeys((*ANISOTROPIC, *STATES, "unbalance_euler"), one)
     assert set(MATRICES) | kept | set(refused) == {field.name for field in fields(Body)}
     for name, part in refused.items():
         with pytest.raises(ReductionError, match="must not be part of a body to be reduced"):

@@ -15,7 +15,7 @@ import scipy.sparse.linalg
 from numpy.typing import ArrayLike, NDArray
 
 from rsc.errors import ReductionError
-from rsc.system.body import Body, Matrix, factors, slope_factors
+from rsc.system.body import STATES, Body, Matrix, factors, slope_factors
 from rsc.system.knots import Knots
 
 FloatArray = NDArray[np.float64]
@@ -108,8 +108,9 @@ def checked(body: Body) -> Body:
         separately (directions.Unequal).
     """
     n = body.n_coordinates
-    if not body.isotropic or body.unbalance_euler.size:
-        raise ReductionError("anisotropic matrices and unbalance_euler must not be part of a body to be reduced")
+    if not body.isotropic or body.unbalance_euler.size or any(getattr(body, name) is not None for name in STATES):
+        names = "anisotropic matrices, first-order states and unbalance_euler"
+        raise ReductionError(f"{names} must not be part of a body to be reduced")
     if n > MOST:
         raise ReductionError(f"{n} complex coordinates are too many (at most {MOST}); reduce them in the program that made them")
     as_sparse = any(scipy.sparse.issparse(matrix) for matrix in body.terms.values()) and n > FEW
