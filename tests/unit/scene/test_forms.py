@@ -146,7 +146,7 @@ def test_every_declared_key_is_read_somewhere():
     """A key that is only declared, read and stored has no effect, which nobody would notice."""
     sections = [*_SECTIONS.values(), *models.ROTORS.values(), *models.STATORS.values()]
     declared = {f"{section.__name__}.{item.name}": item.name for section in sections for item in fields(section)}
-    names = loaded_names() | {f"{name}_knots" for name in FOLLOWING}  # these are put together
+    names = loaded_names() | {f"{name}_{end}" for name in FOLLOWING for end in ("knots", "until")}  # these are put together
     assert not {where for where, name in declared.items() if name not in names}
     assert "swing" not in names
 

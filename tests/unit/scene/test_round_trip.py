@@ -82,10 +82,10 @@ def test_numbers_and_texts_of_numpy_become_plain():
     assert is_plain(scene.to_dict())
 
 
-@pytest.mark.parametrize("value", [np.float64(1.0), np.str_("a"), None, float("nan"), float("inf"), (1.0, 2.0), {"a": 1.0}, 1j])
+@pytest.mark.parametrize("value", [np.float64(1.0), np.str_("a"), None, float("nan"), float("inf"), (1.0, 2.0), {"a": None}, 1j])
 def test_the_writer_refuses_what_would_not_be_read(value):
     for place, content in (("rotor.mass", {"rotor": {"mass": value}}), (r"rotor.load\[1\]", {"rotor": {"load": [1.0, value]}})):
-        with pytest.raises(TypeError, match=f"{place} = "):
+        with pytest.raises(TypeError, match=rf"{place}(\.a)? = "):
             toml_text(content)
 
 
