@@ -10,6 +10,7 @@ import pytest
 
 import rsc
 from probes import pulses_of, written
+from rsc.scene.files.templates import template
 from rsc.study.explore.server import Explorer
 from scenes import SCENES, changed
 
@@ -76,6 +77,7 @@ def right(tmp_path_factory):
         rsc.predict: {"scene": SCENE, "speed": speed},
         rsc.limits: {"scene": rsc.Scene.from_dict(SCENE.to_dict() | {"limits": {"maximum_continuous": 50.0}})},
         rsc.modes: {"scene": SCENE, "speed": speed},
+        rsc.critical_map: {"scene": rsc.Scene.from_toml(template("pump")), "stiffness": [1e7, 1e8]},
         rsc.predict_many: {"scenes": [SCENE], "speeds": [speed]},
         rsc.force_ratios: {"scene": SCENE, "speed": speed},
         rsc.fold: line,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rsc.analysis.paper.predict import SceneLike
-from rsc.arguments import SCENE, takes
+from rsc.arguments import LINE, SCENE, TEXTS, optional, takes
 from rsc.errors import SceneError, nearest
 from rsc.files.tables import Table
 from rsc.machine.shaft.criticals import mean_stiffness, undamped_criticals
@@ -60,9 +60,11 @@ class CriticalMap(Brief):
         return self.table()._repr_html_()
 
 
-@takes(scene=SCENE)
+@takes(scene=SCENE, stiffness=optional(LINE), bearings=optional(TEXTS))
 @one_thread
-def critical_map(scene: SceneLike, stiffness: ArrayLike | None = None, bearings: Sequence[str] | None = None) -> CriticalMap:
+def critical_map(
+    scene: SceneLike, stiffness: ArrayLike | None = None, bearings: str | Sequence[str] | None = None
+) -> CriticalMap:
     """Undamped forward critical speeds of a rotor with model "shaft" over the stiffness of its bearings.
 
     Without damping, cross-coupling and contact; every varied bearing has the same stiffness in all directions.
@@ -73,7 +75,7 @@ def critical_map(scene: SceneLike, stiffness: ArrayLike | None = None, bearings:
         From a file or text; that of a result has only the reduced rotor.
     stiffness : (k,) N/m, optional
         By default 61 from a hundredth of the smallest to a hundred times the largest stiffness of the varied bearings.
-    bearings : sequence of str, optional
+    bearings : str or sequence of str, optional
         Names of the bearings to vary; by default all of them. The others, such as seals, keep the mean of their direct
         stiffnesses.
 
@@ -88,11 +90,14 @@ def critical_map(scene: SceneLike, stiffness: ArrayLike | None = None, bearings:
     if shaft is None:
         raise SceneError("critical_map", "rotor", scene.rotor.model, "model \"shaft\" of a scene file")
     known = [one.name for one in shaft.supports]
-    for name in () if bearings is None else bearings:
+    chosen = known if bearings is None else [bearings] if isinstance(bearings, str) else list(bearings)
+    if not chosen:
+        raise SceneError("critical_map", "bearings", bearings, "at least one bearing of the shaft")
+    for name in () if bearings is None else chosen:
         if name not in known or not name:
             names = ", ".join(filter(None, known)) or "none of them has a name"
             raise SceneError("critical_map", "bearings", name, f"the name of a bearing ({names})", nearest(name, known))
-    varied = [i for i, name in enumerate(known) if bearings is None or name in bearings]
+    varied = [i for i, name in enumerate(known) if bearings is None or name in chosen]
     actual = tuple(
         MappedBearing(one.name or f"bearing at {one.place:g} m", one.speeds, mean_stiffness(one), i in varied)
         for i, one in enumerate(shaft.supports)
