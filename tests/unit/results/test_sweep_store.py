@@ -175,7 +175,6 @@ def linked(path, kind, precious):
     }[kind]()  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", ["symbolic", "hard", "dangling", "pipe", "folder", "device"])
 def test_a_lock_whose_owner_was_killed_while_it_wrote_is_taken(store):
     line = b"process 4711 on engine"
     for n in range(len(line) + 1):
@@ -188,6 +187,7 @@ def test_a_lock_whose_owner_was_killed_while_it_wrote_is_taken(store):
     assert (store.folder / "lock").read_bytes() == b"process of welding"
 
 
+@pytest.mark.parametrize("kind", ["symbolic", "hard", "dangling", "pipe", "folder", "device"])
 @pytest.mark.parametrize("name", ["lock", "plan.h5", "plan-{0}.h5", "parts/predict-1.h5", "sweep.nc"])
 def test_nothing_is_written_through_what_is_no_file_of_its_own(store, tmp_path, name, kind):
     """A name gets a new file, and keeps what it had, or everything is refused; what a link leads to is never changed."""
