@@ -286,8 +286,11 @@ def beside(state, machine, number):
 
 
 def release(system, start, turns, speed, table, duration, finer=1.0, number=0):
-    """A Path from an InitialState (number: from beside it, 0 for itself) and turns of the shaft, at a speed in Hz, under a torque
-    (k, 2) in Hz and N m."""
+    """The Path of the third engine that starts in an InitialState.
+
+    start, turns, speed : the state, turns of the shaft, and Hz; table : (k, 2) torque in N m over Hz; duration : s
+    finer : steps are shorter by this factor; number : 0, or the seed of a small disturbance of the start
+    """
     m = machine_of(system)
     radii = m.surfaces[:, RADIUS] + m.surfaces[:, GAP]  # InitialState has the speeds of surfaces
     state = state_of(start, turns, speed, len(m.rows))

@@ -35,7 +35,7 @@ AWAY, NOTHING = motion(Kind.RUNNING_AWAY, 1e9), motion(Kind.NO_CONTACT, 0.0, mat
 
 @pytest.fixture
 def listing(monkeypatch):
-    """Makes sweeps find a list of these motions, of which impacts of 1, 2, 3, ... N s start these."""
+    """Lets every sweep find a given list of motions; `ended` says which of them the impacts of 1, 2, 3, ... N s start."""
 
     def listed(motions, ended):
         impulse = np.stack([1.0 + np.arange(len(ended)), np.zeros(len(ended))], axis=1)

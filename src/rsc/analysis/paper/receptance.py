@@ -229,7 +229,7 @@ def natural_frequencies(mass, stiffness, gyroscopic, Omega):
 
 def free_motions(system):
     """Number of motions of the rotor that its stiffness does not oppose; where directions differ each direction counts."""
-    if system.rotor.n_states:  # what a controller holds is told by its free vibrations
+    if system.rotor.n_states:  # whether a controller holds it shows in its free vibrations
         return 0
     stiffness, mass = system.rotor.stiffness, system.rotor.mass
     if system.rotor.anisotropic_stiffness is not None:

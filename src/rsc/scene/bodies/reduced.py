@@ -315,17 +315,7 @@ def _refuse_other_knots(values: Any, table: RawTable, count: int) -> None:
     speeds = values["knot_speeds"]
     if speeds is not None and (len(speeds) < 2 or any(not b > a for a, b in itertools.pairwise(speeds))):
         table.refuse("knot_speeds", list(speeds), "two or more increasing rotor speeds")
-    for name in FOLLOWING:
-        key = f"{name}_knots"
-        if values[key] is None:
-            continue
-        if speeds is None or len(values[key]) != len(speeds):
-            table.refuse(key, None, f"a matrix for each of the {len(speeds or ())} knot_speeds")
-        for i, matrix in enumerate(values[key]):
-            if len(matrix) != count or any(len(row) != count for row in matrix):
-                table.refuse(f"{key}[{i}]", None, f"a {count} x {count} matrix")
-            if name not in ANISOTROPIC:
-                refuse_asymmetric(table, f"{key}[{i}]", matrix, count)
+    _refuse_other_matrices(values, table, count, ("knots", "knot_speeds", speeds))
     for i, more in enumerate(values["stiffness_knots"] or ()):
         if not is_definite(np.add(values["stiffness"], more), strictly=False):
             table.refuse(f"stiffness_knots[{i}]", None, "such that the stiffness at every knot is positive semidefinite")
@@ -336,12 +326,18 @@ def _refuse_other_times(values: Any, table: RawTable, count: int) -> None:
     times = values["off_times"]
     if times is not None and (not times or any(not b > a for a, b in itertools.pairwise(times))):
         table.refuse("off_times", list(times), "increasing times")
+    _refuse_other_matrices(values, table, count, ("until", "off_times", times))
+
+
+def _refuse_other_matrices(values: Any, table: RawTable, count: int, along: tuple[str, str, Any]) -> None:
+    """Check the matrices along speeds or times; along: end of their keys, key of the speeds or times, these or None."""
+    end, places, given = along
     for name in FOLLOWING:
-        key = f"{name}_until"
+        key = f"{name}_{end}"
         if values[key] is None:
             continue
-        if times is None or len(values[key]) != len(times):
-            table.refuse(key, None, f"a matrix for each of the {len(times or ())} off_times")
+        if given is None or len(values[key]) != len(given):
+            table.refuse(key, None, f"a matrix for each of the {len(given or ())} {places}")
         for i, matrix in enumerate(values[key]):
             if len(matrix) != count or any(len(row) != count for row in matrix):
                 table.refuse(f"{key}[{i}]", None, f"a {count} x {count} matrix")

@@ -32,7 +32,7 @@ from rsc.study.run.start import run_of
 
 # s, the longest that the kernel takes from its cache; compiling takes longer
 LOADED = 3.0
-# s of processor time to compile the kernel: for any scene, and more for each coordinate (9 s with 1, 22 s with 24, 44 s with 36)
+# s of processor time to compile the kernel: for any scene, and more for each coordinate: a rough guide
 COMPILED, COMPILED_EACH = 8.0, 1.0
 # an error per step above this share of the largest motion leaves small quantities wrong
 COARSE = 1e-4
