@@ -174,7 +174,7 @@ def test_one_compiled_signature_serves_every_scene_of_a_size_method_and_kind_of_
         run(SCENES[name])
     kinds = []
     options = ("damping_columns", "gyroscopic_columns", "stiffness_columns", "rotating_columns", "following_stiffness",
-               "following_damping", "contacts", "drive", "watched_rows", "flight")  # fmt: skip
+               "following_damping", "contacts", "drive", "watched_rows", "flight", "states")  # fmt: skip
     for model, _, _, _, width, method, _ in march.signatures:
         parts = [str(model.types[model.fields.index(name)]) for name in options]
         kinds.append((*parts, str(width), str(method)))

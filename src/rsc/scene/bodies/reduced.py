@@ -331,13 +331,13 @@ def _refuse_other_times(values: Any, table: RawTable, count: int) -> None:
 
 def _refuse_other_matrices(values: Any, table: RawTable, count: int, along: tuple[str, str, Any]) -> None:
     """Check the matrices along speeds or times; along: end of their keys, key of the speeds or times, these or None."""
-    end, places, given = along
+    end, places, required = along
     for name in FOLLOWING:
         key = f"{name}_{end}"
         if values[key] is None:
             continue
-        if given is None or len(values[key]) != len(given):
-            table.refuse(key, None, f"a matrix for each of the {len(given or ())} {places}")
+        if required is None or len(values[key]) != len(required):
+            table.refuse(key, None, f"a matrix for each of the {len(required or ())} {places}")
         for i, matrix in enumerate(values[key]):
             if len(matrix) != count or any(len(row) != count for row in matrix):
                 table.refuse(f"{key}[{i}]", None, f"a {count} x {count} matrix")
