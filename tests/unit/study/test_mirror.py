@@ -76,6 +76,7 @@ def test_a_run_of_the_mirrored_scene_is_the_conjugate(name):
     state, conjugate = (initial_state(scene, assemble(scene)) for scene in pair((ALL | ONE_SIDED)[name]))
     assert conjugate.races is None and state.races is None
     for item in fields(state):
+        assert (getattr(conjugate, item.name) is None) == (getattr(state, item.name) is None)
         if getattr(state, item.name) is not None:
             np.testing.assert_allclose(getattr(conjugate, item.name), getattr(state, item.name).conj(), rtol=1e-12)
 
