@@ -34,10 +34,10 @@ def check_command(options: argparse.Namespace) -> int:
     result = run_for_report(scene, wants_progress(), own / "result.h5", note, options.force)
     with signs_of_life() as told:
         made = report(result, told)
-    put_all([page_file(made, page), stored(made, kept)], options.force)
-    if options.json:
-        print(json.dumps(report_plain(made)))
-    else:
-        print(report_text(made, options.verbose))
+    with made.result.kept_open():
+        put_all([page_file(made, page), stored(made, kept)], options.force)
+        text = json.dumps(report_plain(made)) if options.json else report_text(made, options.verbose)
+    print(text)
+    if not options.json:
         print(f"\nwritten: {page}, {kept}, {own / 'result.h5'} (pictures: rsc plot)")
     return code(made.result.summary, told=not options.json)

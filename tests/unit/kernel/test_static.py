@@ -1,6 +1,7 @@
-"""`static` helpers: a question chooses the code while compiling, and one that could not is refused when the module is read."""
+"""`static` helpers: a question chooses the code while compiling, and one that could not is refused when it is compiled."""
 
 import ast
+from importlib import import_module
 from pathlib import Path
 
 import numba
@@ -9,7 +10,7 @@ import pytest
 import rsc
 from rsc.kernel import questions
 from rsc.kernel.simd.jit import entry
-from rsc.kernel.simd.static import question, static
+from rsc.kernel.simd.static import parsed, question, static
 
 KERNEL = Path(rsc.__file__).parent / "kernel"
 
@@ -99,7 +100,16 @@ def asked_in_a_loop(values):
 )
 def test_a_misplaced_question_is_refused(misplaced, reason):
     with pytest.raises(TypeError, match=rf"{misplaced.__name__}, line \d+: .*{reason}"):
-        static(misplaced)
+        parsed(misplaced)
+
+
+def test_no_question_of_the_kernel_is_misplaced():
+    """None waits to be refused until a scene comes that compiles it."""
+    modules = [import_module(f"rsc.kernel.{path.stem}") for path in sorted(KERNEL.glob("*.py")) if path.stem != "__init__"]
+    own = {value.static for module in modules for value in vars(module).values() if hasattr(value, "static")}
+    assert len(own) > 100
+    for function in own:
+        parsed(function)
 
 
 def asked(tree, names):

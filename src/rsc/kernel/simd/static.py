@@ -18,6 +18,7 @@ import ast
 import copy
 import inspect
 import textwrap
+from functools import cache
 
 from rsc.kernel.simd.jit import unrolled
 
@@ -31,6 +32,28 @@ def question(function):
 def static(function):
     """A helper that is inlined into its caller, with its questions answered at compile time.
 
+    Its source is read when it is first compiled, not when it is imported: compiled code from the disk needs none of it.
+    """
+    variants = {}
+
+    def choose(*kinds):
+        tree, names = parsed(function)
+        branches = _Branches(dict(zip(names, kinds, strict=True)), function.__globals__)
+        chosen, answers = branches.visit(copy.deepcopy(tree)), tuple(branches.answers)
+        if answers not in variants:  # one function for each set of answers, in the globals of its module
+            exec(compile(chosen, function.__code__.co_filename, "exec"), function.__globals__, space := {})
+            variants[answers] = space[function.__name__]
+        return variants[answers]
+
+    helper = unrolled(choose)
+    helper.static = function
+    return helper
+
+
+@cache
+def parsed(function):
+    """(syntax tree of a `static` function, names of its parameters).
+
     Raises
     ------
     TypeError
@@ -40,18 +63,9 @@ def static(function):
     (definition,) = tree.body
     definition.decorator_list = []
     ast.increment_lineno(tree, function.__code__.co_firstlineno - 1)  # so that errors name the line in the source file
-    names, variants = [parameter.arg for parameter in definition.args.args], {}
+    names = [parameter.arg for parameter in definition.args.args]
     _refuse_misplaced(definition, set(names), function.__globals__)
-
-    def choose(*kinds):
-        branches = _Branches(dict(zip(names, kinds, strict=True)), function.__globals__)
-        chosen, answers = branches.visit(copy.deepcopy(tree)), tuple(branches.answers)
-        if answers not in variants:  # one function for each set of answers, in the globals of its module
-            exec(compile(chosen, function.__code__.co_filename, "exec"), function.__globals__, space := {})
-            variants[answers] = space[function.__name__]
-        return variants[answers]
-
-    return unrolled(choose)
+    return tree, names
 
 
 def _is_question(node, known):

@@ -159,7 +159,7 @@ class Report(Brief):
         contacts = self.result.scene.contacts
         return at_contact(self.result, contacts.index(self.contact)) if self.lead else self.result
 
-    @property
+    @cached_property
     def verdict(self) -> Verdict | None:
         """Verdict: the motion of the run, the effect of an impact, and the severity; None for a measured run."""
         if self.stretches is None or self.border is None:
