@@ -136,7 +136,9 @@ PATCHES = {
         ("_shorter", "defect2 <= con.switch_tol * con.switch_tol", "defect2 <= 1e-12 * con.switch_tol * con.switch_tol"),
         ("search", MET, f"1e12 * {MET}"),
     ],
-    "a step length about right is not kept": [("kept_between", "lambda method: bounds", "lambda method: (1.0, 0.0)")],
+    "a step length about right is not kept": [
+        ("kept_between", "return _aim(method), 0.5 if estimate_order(method) == 5 else 0.25", "return 1.0, 0.0")
+    ],
 }
 
 

@@ -3,7 +3,7 @@
 import math
 
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.jit import inlined, unrolled
+from rsc.kernel.simd.jit import constant, inlined
 from rsc.kernel.tableau import estimate_order
 
 
@@ -28,19 +28,17 @@ def _aim(method):
     return 0.2 if estimate_order(method) == 5 else 0.02
 
 
-@unrolled
+@constant
 def kept_between(method):
     """Range of (error/tolerance)^2 in which the step length is kept; the lower bound is the target."""
-    bounds = _aim(method), 0.5 if estimate_order(method) == 5 else 0.25
-    return lambda method: bounds
+    return _aim(method), 0.5 if estimate_order(method) == 5 else 0.25
 
 
-@unrolled
-def _power(method, log_error2):
-    """log2 of the step-size factor from log2 of (error/tolerance)^2; the estimate is O(h^k)."""
+@constant
+def _line(method):
+    """(a, b) of log2 of the step-size factor, a - b log2((error/tolerance)^2), for an estimate O(h^k)."""
     exponent = 0.5 / estimate_order(method)
-    aim = exponent * math.log2(_aim(method))
-    return lambda method, log_error2: aim - exponent * log_error2
+    return exponent * math.log2(_aim(method)), exponent
 
 
 @inlined
@@ -49,5 +47,6 @@ def factor(error2, method):
     if not error2 < 1e8:
         return 0.2
     # 2^-40 represents zero error; 2^+-2.3 is a factor of five up or down
-    power = _power(method, max(log2_roughly(error2), -40.0))
+    aim, exponent = _line(method)
+    power = aim - exponent * max(log2_roughly(error2), -40.0)
     return _exp2(min(max(power, -2.3), 2.3))

@@ -3,10 +3,11 @@
 from typing import NamedTuple
 
 from rsc.kernel.questions import is_one
+from rsc.kernel.series import Series
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.jit import inlined, unrolled
+from rsc.kernel.simd.jit import inlined
 from rsc.kernel.simd.static import question, static
-from rsc.kernel.tableau import positions_of, table_of
+from rsc.kernel.weights import by_series, dense_v, dense_x
 
 
 class Quartics(NamedTuple):
@@ -16,29 +17,15 @@ class Quartics(NamedTuple):
     v: object
 
 
-class Series(NamedTuple):
-    """x and v as Taylor coefficients."""
-
-    x: object
-    v: object
-
-
-@unrolled
+@static
 def dense_of(path, method):
     """Polynomials (Quartics or Series) of an attempted step."""
-    table = table_of(method)
-    if table is None:
-        terms = len(method) + 1
-        return lambda path, method: Series(path.step.slopes[:terms], path.step.slopes[terms:])
-    of_x, of_v = vec.weighted_sum(positions_of(table).dense), vec.weighted_sum(table.dense)
-
-    def quartics(path, method):
-        s, h = path.step, path.h
-        x = s.x0, *_quartic(s.x0, s.x, h * s.v0, h * s.v), h * of_x(None, s.slopes)
-        v = s.v0, *_quartic(s.v0, s.v, s.slopes[0], s.slopes[-1]), of_v(None, s.slopes)
-        return Quartics(x, v)
-
-    return quartics
+    if by_series(method):
+        return path.step.slopes
+    s, h = path.step, path.h
+    x = s.x0, *_quartic(s.x0, s.x, h * s.v0, h * s.v), h * dense_x(method, None, s.slopes)
+    v = s.v0, *_quartic(s.v0, s.v, s.slopes[0], s.slopes[-1]), dense_v(method, None, s.slopes)
+    return Quartics(x, v)
 
 
 @inlined

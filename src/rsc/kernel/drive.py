@@ -15,9 +15,9 @@ step the torque is a line a + b Omega; a step ends where Omega leaves the interv
 
 from typing import NamedTuple
 
-from rsc.kernel.questions import is_array, is_driven, is_none, type_of
+from rsc.kernel.questions import is_array, is_driven, is_none
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.jit import inlined, unrolled
+from rsc.kernel.simd.jit import inlined
 from rsc.kernel.simd.static import static
 from rsc.kernel.turn import TWO_PI, Turn, turned
 
@@ -116,11 +116,10 @@ def line_at(table, omega, rising):
     return TorqueLine(vec.number_at(base, 3 * i - 2) - slope * low, slope, low, high)
 
 
-@unrolled
+@inlined
 def _last(vector):
     """First component of the last pair of a vector."""
-    place = vector.width - 2
-    return lambda vector: vec.lane(vector, place)
+    return vec.lane(vector, vec.width_of(vector) - 2)
 
 
 @inlined
@@ -227,16 +226,11 @@ def stands(con, v):
     return speed_of(con.drive, v) <= 0.0 if is_driven(con) else False
 
 
-@unrolled
+@static
 def mark_turns(con, base, row, phase, x, v):
     """Write angle (turns, modulo one) and speed (Hz) into the last pair of a sample's coordinates."""
     if not is_driven(con):
-        return lambda con, base, row, phase, x, v: None
-    place = type_of(con, "stiffness").width - 2
-
-    def mark(con, base, row, phase, x, v):
-        turns = phase + angle_of(con.drive, x) / TWO_PI
-        vec.store_number(base, row + place, turns - float(int(turns)))
-        vec.store_number(base, row + place + 1, speed_of(con.drive, v) / TWO_PI)
-
-    return mark
+        return
+    turns, place = phase + angle_of(con.drive, x) / TWO_PI, row + vec.width_of(x) - 2
+    vec.store_number(base, place, turns - float(int(turns)))
+    vec.store_number(base, place + 1, speed_of(con.drive, v) / TWO_PI)

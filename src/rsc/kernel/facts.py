@@ -7,13 +7,13 @@ ends after its end time; its row is then copied to the finished ones, and the ne
 import math
 from typing import NamedTuple
 
-from numba import types
-
 from rsc.kernel import springs
 from rsc.kernel.contact import CREEPING, OPEN, normal_force
-from rsc.kernel.race import has_race, surface_of
+from rsc.kernel.questions import has_race, is_array, is_none
+from rsc.kernel.race import surface_of
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import compiled, inlined, unrolled
+from rsc.kernel.simd.static import static
 
 # entries of a stretch. CROSSINGS: signed, of the contact deflection d across the negative y axis; PRESSED_ANGLE (rad), rotation
 # of d while in contact; ROLLING (s), time in contact within the slip range around zero; squares of |r| (m^2) of rotor and stator;
@@ -46,18 +46,16 @@ class Stretch(NamedTuple):
     watched: tuple  # (address of rows, address of gaps, number) of the clearances; () without any
 
 
-@unrolled
+@static
 def _watched_of(rows, gaps):
     """See `Stretch.watched`."""
-    if isinstance(rows, types.Array):
-        return lambda rows, gaps: (vec.address(rows), vec.address(gaps), len(gaps))
-    return lambda rows, gaps: ()
+    return (vec.address(rows), vec.address(gaps), len(gaps)) if is_array(rows) else ()
 
 
-@unrolled
+@static
 def _count(watched):
     """Number of clearances."""
-    return (lambda watched: watched[2]) if len(watched) else (lambda watched: 0)
+    return 0 if is_none(watched) else watched[2]
 
 
 @inlined
@@ -68,17 +66,13 @@ def stretches_of(model, work, rows):
     return _from(model.contacts, first, 8 * (N_STRETCH + N_WATCHED * _count(watched)), 8 * rows.shape[1] * rows.shape[2])
 
 
-@unrolled
+@static
 def _from(contacts, first, running, rows):
     """The first Stretch and the following ones; running, rows: bytes of a running stretch and of all rows of a contact."""
-    if not len(contacts):
-        return lambda contacts, first, running, rows: ()
-
-    def each(contacts, first, running, rows):
-        following = Stretch(first.running + running, first.rows + rows, first.length, first.watched)
-        return (first,) + _from(contacts[1:], following, running, rows)
-
-    return each
+    if is_none(contacts):
+        return ()
+    following = Stretch(first.running + running, first.rows + rows, first.length, first.watched)
+    return (first,) + _from(contacts[1:], following, running, rows)
 
 
 @inlined
@@ -234,12 +228,10 @@ def _see_force(con, at, contact, kins, raced, slopes, fed, times):
         _add(at, ROLLING, h)
 
 
-@unrolled
+@static
 def _raced(con, v, v_new):
     """Mean surface velocity of a race in m/s between two states; 0 without a race."""
-    if not has_race(con):
-        return lambda con, v, v_new: 0.0
-    return lambda con, v, v_new: 0.5 * (surface_of(con, v) + surface_of(con, v_new))
+    return 0.5 * (surface_of(con, v) + surface_of(con, v_new)) if has_race(con) else 0.0
 
 
 @inlined
@@ -286,16 +278,11 @@ def _see_turn(at, place, place_new):
         _add(at, CROSSINGS, -1.0)
 
 
-@unrolled
+@static
 def _see_clearances(watched, at, start, new, h):
     """Update the largest deflection at every clearance, and the time when its gap was first exceeded."""
-    if not len(watched):
-        return lambda watched, at, start, new, h: None
-    return lambda watched, at, start, new, h: _see_each(watched, at, start, new, h)
-
-
-@inlined
-def _see_each(watched, at, start, new, h):
+    if is_none(watched):
+        return
     rows, gaps, count = watched
     for i in range(count):
         row = vec.row_at(rows, i, new.x)

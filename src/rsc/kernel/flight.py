@@ -21,7 +21,7 @@ from rsc.kernel.contact import OPEN
 from rsc.kernel.facts import add_steps
 from rsc.kernel.model import BUFFER_FULL, NODES, ROWS_OF_NODES, ROWS_OF_NUMBER, ROWS_OF_STATE, RUNNING, rows_before
 from rsc.kernel.questions import by_component, is_coupled, is_none
-from rsc.kernel.rhs import contact_kinematics, field_itself, forces_beside, imposed_at
+from rsc.kernel.rhs import contact_kinematics, field_itself, forces_beside, imposed_at, zero_of_each
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import aligned_stack
 from rsc.kernel.simd.jit import compiled, inlined
@@ -318,11 +318,6 @@ def laws_of(each):
 
 
 @static
-def _zeros(contacts):
-    return () if is_none(contacts) else (0.0,) + _zeros(contacts[1:])
-
-
-@static
 def _opened(each):
     """The contacts as `facts.add_steps` takes them; that they are open is known while compiling."""
     if is_none(each):
@@ -437,7 +432,7 @@ def fly(con, segment, records, start, tally, sample, flight, budget):
     """
     aligned_stack()
     data, records = con.flight, Records(records.where, records.stretch, _opened(records.each))
-    laws, point = laws_of(records.each), Point(start.x, start.v, start.clock, start.kins, _zeros(con.contacts))
+    laws, point = laws_of(records.each), Point(start.x, start.v, start.clock, start.kins, zero_of_each(con.contacts))
     length = data.count - 1 if flight == READY else max(int(flight), 1) - 1
     landed, number, spent, calls, code = LANDED, _units_at(con, point.clock), 0, 0, -1
     while length >= 0 and tally.steps < con.max_steps:

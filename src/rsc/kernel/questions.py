@@ -56,6 +56,12 @@ def by_component(con):
 
 
 @question
+def has_race(contact):
+    """Whether ContactConstants have a rotating inner race."""
+    return not is_none(type_of(contact, "race"))
+
+
+@question
 def rotates(con):
     """Whether there is rotating damping."""
     return not is_none(type_of(con, "rotating"))

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rsc.kernel.questions import is_none
+from rsc.kernel.questions import has_race, is_none
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.jit import unrolled
+from rsc.kernel.simd.static import static
 from rsc.kernel.turn import TWO_PI
 
 # state per metre travelled: a power of two, which loses no bits, and too small to count as a displacement anywhere
@@ -38,81 +38,68 @@ class Race(NamedTuple):
     place: int
 
 
-@unrolled
+@static
 def race_of(data, width):
     """The Race of a RaceData; () for ()."""
-    if not len(data):
-        return lambda data, width: ()
-    return lambda data, width: Race(vec.load(data.row, width), data.per_mass, data.radius, data.place)
+    return () if is_none(data) else Race(vec.load(data.row, width), data.per_mass, data.radius, data.place)
 
 
-def has_race(contact):
-    """Whether ContactConstants (given as a Numba type) have a race."""
-    return len(contact[contact.fields.index("race")]) > 0
-
-
-@unrolled
+@static
 def surface_of(contact, v):
     """omega R in m/s from velocities, its rate from accelerations; () without a race."""
-    if not has_race(contact):
-        return lambda contact, v: ()
-    return lambda contact, v: vec.pair_sum(vec.product(contact.race.row, v))[0]
+    return vec.pair_sum(vec.product(contact.race.row, v))[0] if has_race(contact) else ()
 
 
-@unrolled
+@static
 def on_surface(slip, surface):
     """Slip velocity relative to a surface that moves with `surface_of`."""
-    return (lambda slip, surface: slip) if is_none(surface) else (lambda slip, surface: slip - surface)
+    return slip if is_none(surface) else slip - surface
 
 
-@unrolled
+@static
 def torque_of(contact, force):
     """The friction force mu sigma F_N that drives the race; () without a race."""
-    return (lambda contact, force: force) if has_race(contact) else (lambda contact, force: ())
+    return force if has_race(contact) else ()
 
 
-@unrolled
+@static
 def with_race(contact, force, a):
     """Add the acceleration of the race by `torque_of` to accelerations."""
-    if not has_race(contact):
-        return lambda contact, force, a: a
-    return lambda contact, force, a: vec.fma(force * contact.race.per_mass, contact.race.row, a)
+    return vec.fma(force * contact.race.per_mass, contact.race.row, a) if has_race(contact) else a
 
 
-@unrolled
+@static
 def reach_of(contact):
     """Squared accelerations per newton of contact force, normal or frictional, 1/kg^2."""
-    if not has_race(contact):
-        return lambda contact: contact.force_row * contact.force_row
-
-    def reach(contact):
+    square = contact.force_row * contact.force_row
+    if has_race(contact):
         race = contact.race.per_mass * contact.race.row
-        return vec.fma(race, race, contact.force_row * contact.force_row)
+        return vec.fma(race, race, square)
+    return square
 
-    return reach
 
-
-@unrolled
+@static
 def without_ways(contacts, x):
     """Coordinates with the distances travelled by races reset to zero, as a step starts."""
-    if not len(contacts):
-        return lambda contacts, x: x
-    if not has_race(contacts[0]):
-        return lambda contacts, x: without_ways(contacts[1:], x)
-    return lambda contacts, x: without_ways(contacts[1:], x - SIZE * (contacts[0].race.row * x))
+    return x if is_none(contacts) else without_ways(contacts[1:], _without_way(contacts[0], x))
 
 
-@unrolled
+@static
+def _without_way(contact, x):
+    return x - SIZE * (contact.race.row * x) if has_race(contact) else x
+
+
+@static
 def mark_races(contacts, base, row, v):
     """Write the speeds of races, Hz, into a sample in place of the distances travelled."""
-    if not len(contacts):
-        return lambda contacts, base, row, v: None
-    if not has_race(contacts[0]):
-        return lambda contacts, base, row, v: mark_races(contacts[1:], base, row, v)
+    if is_none(contacts):
+        return
+    _mark_race(contacts[0], base, row, v)
+    mark_races(contacts[1:], base, row, v)
 
-    def mark(contacts, base, row, v):
-        contact = contacts[0]
-        vec.store_number(base, row + contact.race.place, surface_of(contact, v) / (TWO_PI * contact.race.radius))
-        mark_races(contacts[1:], base, row, v)
 
-    return mark
+@static
+def _mark_race(contact, base, row, v):
+    if not has_race(contact):
+        return
+    vec.store_number(base, row + contact.race.place, surface_of(contact, v) / (TWO_PI * contact.race.radius))

@@ -16,12 +16,11 @@ from rsc.kernel.questions import (
     is_none,
     is_one,
     rotates,
-    type_of,
 )
 from rsc.kernel.race import surface_of, torque_of, with_race
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import branched
-from rsc.kernel.simd.jit import inlined, unrolled
+from rsc.kernel.simd.jit import inlined
 from rsc.kernel.simd.static import static
 from rsc.kernel.states import controlled, fed_by_control, with_control
 
@@ -41,12 +40,20 @@ class Powers(NamedTuple):
     control: object  # W, fed by first-order states; () without them
 
 
-@unrolled
+@static
+def zero_of_each(contacts):
+    """A zero for each contact."""
+    return () if is_none(contacts) else (0.0,) + zero_of_each(contacts[1:])
+
+
+@static
 def no_powers(con):
     """Powers all zero, the start of a summation."""
-    rotating, following, control = (0.0 if has(con) else () for has in (rotates, follows, has_states))
-    none = (0.0,) * len(type_of(con, "contacts"))
-    return lambda con: Powers((), (), none, none, none, rotating, following, no_spin(con), control)
+    rotating = 0.0 if rotates(con) else ()
+    following = 0.0 if follows(con) else ()
+    control = 0.0 if has_states(con) else ()
+    none = zero_of_each(con.contacts)
+    return Powers((), (), none, none, none, rotating, following, no_spin(con), control)
 
 
 class Field(NamedTuple):

@@ -6,6 +6,7 @@ contact's distance by g = |d|^2/|d_0|^2, q = g'/(2 g) and w = |d_0|/|d| with w' 
 """
 
 from types import SimpleNamespace
+from typing import NamedTuple
 
 from numba import types
 from numba.extending import intrinsic
@@ -13,6 +14,13 @@ from numba.extending import intrinsic
 from rsc.kernel.series_turn import BrakedSeries, Driven, Prescribed
 from rsc.kernel.simd.emit import PAIR, Emitted, fma, pair_of, parts, product
 from rsc.kernel.springs import ROOMS
+
+
+class Series(NamedTuple):
+    """x and v of a step as Taylor coefficients, in ascending order."""
+
+    x: object
+    v: object
 
 
 def _square(a, twice, k):

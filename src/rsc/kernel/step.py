@@ -24,11 +24,24 @@ from rsc.kernel.rhs import (
     rows_times,
     with_share,
 )
+from rsc.kernel.series import Series
 from rsc.kernel.simd import vec
-from rsc.kernel.simd.jit import inlined, unrolled
+from rsc.kernel.simd.jit import inlined
 from rsc.kernel.simd.static import static
-from rsc.kernel.tableau import positions_of, table_of
 from rsc.kernel.turn import pick
+from rsc.kernel.weights import (
+    all_known,
+    at_end,
+    by_series,
+    error_of_v,
+    error_of_x,
+    inner_nodes,
+    lane_of_next,
+    node_after_next,
+    position_sum,
+    velocity_sum,
+    weight_of_next,
+)
 
 
 class Step(NamedTuple):
@@ -41,7 +54,7 @@ class Step(NamedTuple):
     a: object
     powers: object
     kins: tuple  # kinematics of each contact at the end
-    slopes: object  # h times the accelerations of the s stages and of the end; or the Taylor coefficients of x, then of v
+    slopes: object  # h times the accelerations of the s stages and of the end; or the Taylor `Series`
     work: object  # Powers integrated from the start of the run to the end of the step
     clock: object  # at its end
 
@@ -62,44 +75,30 @@ class Turns(NamedTuple):
     end: object
 
 
-def _nodes_of(table):
-    """Distinct nodes inside the step, at which the rotation is needed."""
-    return sorted(set(table.nodes[1:]) - {1.0})
-
-
-@unrolled
-def _nodes(method, pattern):
-    nodes = _nodes_of(table_of(method))
-    padded = (*nodes, *(0.0,) * (-len(nodes) % 4))
-    return lambda method, pattern: vec.from_numbers(padded, pattern)
-
-
 @static
 def _stage_turns(con, clock, clock_end, h, method, pattern):
     """The Turns at the nodes, in registers like those of `pattern`, and at the end of the step; for an integrated speed, whose
     rotation follows from the stages, the clock."""
     if is_driven(con):
         return clock
-    return Turns(turns_after(clock, h * _nodes(method, pattern)), turn_of(clock_end))
+    inside = vec.from_numbers(inner_nodes(method), pattern)
+    return Turns(turns_after(clock, h * inside), turn_of(clock_end))
 
 
-@unrolled
+@static
 def _turn_at(con, turns, method, slopes, x, v):
     """The Turn at the next stage, after those whose slopes are known, or at the end of the step, with state (x, v)."""
     if is_driven(con):
-        return lambda con, turns, method, slopes, x, v: driven_turn(con, turns, x, v)
-    nodes, i = (*table_of(method).nodes, 1.0), len(slopes)
-    if nodes[i] == 1.0:
-        return lambda con, turns, method, slopes, x, v: turns.end
-    lane = _nodes_of(table_of(method)).index(nodes[i])
-    return lambda con, turns, method, slopes, x, v: pick(turns.inside, lane)
+        return driven_turn(con, turns, x, v)
+    return turns.end if at_end(method, slopes) else pick(turns.inside, lane_of_next(method, slopes))
 
 
-@unrolled
+@static
 def attempt(con, laws, start, before, clock_end, h, method):
     """Step of length h from State `start` to `clock_end`, with the contact states fixed; before: work up to its start."""
-    step = _series_step if table_of(method) is None else _pair_step
-    return lambda con, laws, start, before, clock_end, h, method: step(con, laws, start, before, clock_end, h, method)
+    if by_series(method):
+        return _series_step(con, laws, start, before, clock_end, h, method)
+    return _pair_step(con, laws, start, before, clock_end, h, method)
 
 
 @inlined
@@ -182,7 +181,7 @@ def _series_step(con, laws, start, before, clock_end, h, method):
     by_speed, spin = with_share(1.0, by_speed, before.following), with_share(1.0, spin, before.spin)
     control = with_share(1.0, control, before.control)
     work = Powers(damping, drive, lost, friction, ring, rotating, by_speed, spin, control)
-    return Step(start.x, start.v, x, v, a, start.powers, kins, x_k + v_k, work, end)
+    return Step(start.x, start.v, x, v, a, start.powers, kins, Series(x_k, v_k), work, end)
 
 
 @inlined
@@ -193,7 +192,8 @@ def _pair_step(con, laws, start, before, clock_end, h, method):
     ahead = x, (), _next_places(con, field_h.laws, d, turns, method, slopes, x)
     slopes, work, ahead = _other_stages(con, field_h, begin, turns, method, slopes, ahead, work)
     # the slope at the end, at x and v of the solution, is the first slope of the next step (first same as last)
-    (v, d_dot), (x, mean, places) = velocity(method, begin, slopes, con.contacts), ahead
+    (x, mean, places), v = ahead, velocity_sum(method, begin[1], slopes)
+    d_dot = rows_times(con.contacts, v)
     end = reached(con, start.clock, clock_end, x, v)
     turn, field = _end_turn(con, turns, end), field_itself(con, laws, start.clock)
     a, powers = accelerations(con, field, (x, v, d_dot), turn, places, 1.0, no_powers(con))
@@ -227,32 +227,25 @@ def _with_ring_shares(contacts, part, powers, sums):
     return (ring,) + _with_ring_shares(contacts[1:], part, powers[1:], sums[1:])
 
 
-@unrolled
+@inlined
 def begun(con, laws, start, before, h, method):
     """(field times h, slopes, work, x of the next stage, its product with the contact rows) after the first stage of a step."""
-    weight, node = table_of(method).weights[0], table_of(method).nodes[1]
-
-    def begun(con, laws, start, before, h, method):
-        # the order of statements is the order of execution: first what the next stage waits for, the ledger last; reversed, P1
-        # takes 4 % longer
-        p, part = start.powers, h * weight
-        clock = start.clock
-        parts = h * con.stiffness, h * con.damping, over_time(laws, h)
-        field_h = Field(h, parts[0], parts[1], parts[2], clock.following, clock.torque, clock.states)
-        slope = h * start.a
-        x = vec.fma(h, node * start.v, start.x)
-        d = rows_times(con.contacts, x)
-        lost, fed = with_shares(part, p.contact, before.contact), with_shares(part, p.friction, before.friction)
-        ring = _with_ring_shares(con.contacts, part, p.ring, before.ring)
-        rotating, following = (
-            with_share(part, p.rotating, before.rotating), with_share(part, p.following, before.following)
-        )  # fmt: skip
-        spin, control = with_share(part, p.spin, before.spin), with_share(part, p.control, before.control)
-        damping, drive = first_share(con, start, h, weight), vec.fma(part, p.drive, before.drive)
-        work = Powers(damping, drive, lost, fed, ring, rotating, following, spin, control)
-        return field_h, (slope,), work, x, d
-
-    return begun
+    # the order of statements is the order of execution: first what the next stage waits for, the ledger last; reversed, P1
+    # takes 4 % longer
+    weight, node = weight_of_next(method, ()), node_after_next(method, ())
+    p, part, clock = start.powers, h * weight, start.clock
+    parts = h * con.stiffness, h * con.damping, over_time(laws, h)
+    field_h = Field(h, parts[0], parts[1], parts[2], clock.following, clock.torque, clock.states)
+    slope = h * start.a
+    x = vec.fma(h, node * start.v, start.x)
+    d = rows_times(con.contacts, x)
+    lost, fed = with_shares(part, p.contact, before.contact), with_shares(part, p.friction, before.friction)
+    ring = _with_ring_shares(con.contacts, part, p.ring, before.ring)
+    rotating, following = with_share(part, p.rotating, before.rotating), with_share(part, p.following, before.following)
+    spin, control = with_share(part, p.spin, before.spin), with_share(part, p.control, before.control)
+    damping, drive = first_share(con, start, h, weight), vec.fma(part, p.drive, before.drive)
+    work = Powers(damping, drive, lost, fed, ring, rotating, following, spin, control)
+    return field_h, (slope,), work, x, d
 
 
 @static
@@ -262,64 +255,30 @@ def _end_angle(con, turns, x):
     return angle_reached(con, turns, x) if is_driven(con) else turns.end
 
 
-@unrolled
+@static
 def _next_places(con, laws, d, turns, method, slopes, x):
     """Places of the closed contacts at the next stage, with coordinates x, or of all contacts at the end of the step."""
-    table, i = table_of(method), len(slopes)
-    if i == len(table.nodes):
-        return lambda con, laws, d, turns, method, slopes, x: places_anyhow(con.contacts, d, _end_angle(con, turns, x))
+    if all_known(method, slopes):
+        return places_anyhow(con.contacts, d, _end_angle(con, turns, x))
     # only the rotation angle is needed, which x contains
-    return lambda con, laws, d, turns, method, slopes, x: places_at(
-        con.contacts, laws, d, _turn_at(con, turns, method, slopes, x, x)
-    )
+    return places_at(con.contacts, laws, d, _turn_at(con, turns, method, slopes, x, x))
 
 
-@unrolled
-def velocity(method, start, slopes, contacts):
-    """(v, product of contact rows and v) at the next stage, after those whose slopes are known, or at the end of the step."""
-    table, i = table_of(method), len(slopes)
-    row = vec.weighted_sum((*table.rows, table.weights)[i - 1])
-
-    def velocity(method, start, slopes, contacts):
-        v = row(start[1], slopes)
-        return v, rows_times(contacts, v)
-
-    return velocity
-
-
-@unrolled
-def _next_position(con, start, slopes, h, method):
-    """(x, mean velocity up to there, product of contact rows and x) one stage further, or at the end of the step: all that the
-    known slopes determine."""
-    table, i = table_of(method), len(slopes)
-    row, node = vec.weighted_sum(positions_of(table).rows[i]), (*table.nodes, 1.0)[i + 1]
-
-    def next_position(con, start, slopes, h, method):
-        mean = row(node * start[1], slopes)
-        x = vec.fma(h, mean, start[0])
-        return x, mean, rows_times(con.contacts, x)
-
-    return next_position
-
-
-@unrolled
+@static
 def _other_stages(con, field_h, start, turns, method, slopes, ahead, work):
     """(slopes, work, position and places at the end) after the remaining stages, by recursion."""
-    table, i = table_of(method), len(slopes)
-    if i == len(table.nodes):
-        return lambda con, field_h, start, turns, method, slopes, ahead, work: (slopes, work, ahead)
-    weight = table.weights[i]
-
-    def one_more(con, field_h, start, turns, method, slopes, ahead, work):
-        x, _, places = ahead
-        v, d_dot = velocity(method, start, slopes, con.contacts)
-        x_next, mean, d = _next_position(con, start, slopes, field_h.time, method)
-        ahead = x_next, mean, _next_places(con, field_h.laws, d, turns, method, slopes + (v,), x_next)
-        turn = _turn_at(con, turns, method, slopes, x, v)
-        a, work = accelerations(con, field_h, (x, v, d_dot), turn, places, weight, work)
-        return _other_stages(con, field_h, start, turns, method, slopes + (a,), ahead, work)
-
-    return one_more
+    if all_known(method, slopes):
+        return slopes, work, ahead
+    x, _, places = ahead
+    v = velocity_sum(method, start[1], slopes)
+    d_dot = rows_times(con.contacts, v)
+    # the known slopes determine the position one stage further ahead, which waits for less than the acceleration here
+    mean = position_sum(method, node_after_next(method, slopes) * start[1], slopes)
+    x_next = vec.fma(field_h.time, mean, start[0])
+    places_next = _next_places(con, field_h.laws, rows_times(con.contacts, x_next), turns, method, slopes + (v,), x_next)
+    turn = _turn_at(con, turns, method, slopes, x, v)
+    a, work = accelerations(con, field_h, (x, v, d_dot), turn, places, weight_of_next(method, slopes), work)
+    return _other_stages(con, field_h, start, turns, method, slopes + (a,), (x_next, mean, places_next), work)
 
 
 @inlined
@@ -349,14 +308,12 @@ def weighed_square(e_x, e_v, weight):
     return vec.largest(vec.larger(worst, vec.swap(worst)))
 
 
-@unrolled
+@static
 def _errors(method, h, slopes):
     """Estimated errors of x and v: by the weights of a Runge-Kutta pair, or the last terms of a series."""
-    table, last = table_of(method), len(method)
-    if table is None:
-        return lambda method, h, slopes: (slopes[last], slopes[-1])
-    row_x, row_v = vec.weighted_sum(positions_of(table).error), vec.weighted_sum(table.error)
-    return lambda method, h, slopes: (h * row_x(None, slopes), row_v(None, slopes))
+    if by_series(method):
+        return slopes.x[-1], slopes.v[-1]
+    return h * error_of_x(method, None, slopes), error_of_v(method, None, slopes)
 
 
 @inlined

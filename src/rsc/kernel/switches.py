@@ -30,10 +30,11 @@ from rsc.kernel.race import on_surface, reach_of, surface_of
 from rsc.kernel.rhs import kinematics_at
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import aligned_stack
-from rsc.kernel.simd.jit import compiled, inlined, unrolled
+from rsc.kernel.simd.jit import compiled, inlined
+from rsc.kernel.simd.static import static
 from rsc.kernel.step import pair_square
-from rsc.kernel.tableau import table_of
 from rsc.kernel.turn import TWO_PI
+from rsc.kernel.weights import by_series
 
 EPS = 2.220446049250313e-16
 LOOKS, PARABOLAS = 6, 3
@@ -124,11 +125,10 @@ def may_leave_inside(con, normal, kins, slopes, h):
     return max(after, before) > 0.0 or force < 0.0
 
 
-@unrolled
-def _first_slope(path, method):
+@static
+def _first_slope(slopes, method):
     """h times the accelerations at the start of an attempted step."""
-    place = len(method) + 2 if table_of(method) is None else 0
-    return lambda path, method: path.step.slopes[place]
+    return slopes.v[1] if by_series(method) else slopes[0]
 
 
 @inlined
@@ -137,7 +137,7 @@ def _hidden(con, contact, path, kins, method):
     with an error of the force larger than a switch may leave."""
     (kin, kin_new), h, clock = kins, path.h, path.clock
     end = switch_values(con, contact[0], contact[1], kin_new)
-    slopes = _slopes(con, kin, (1.0 / h) * _first_slope(path, method), (clock.speed, clock.speed_rate))
+    slopes = _slopes(con, kin, (1.0 / h) * _first_slope(path.step.slopes, method), (clock.speed, clock.speed_rate))
     slopes_new = _slopes(con, kin_new, path.step.a, speeds_after(con, clock, h, path.step.v, path.step.a))
     after, before = _along_tangents(kin, slopes, 0.5 * h), _along_tangents(kin_new, slopes_new, -0.5 * h)
     a, b = switch_values(con, contact[0], contact[1], after), switch_values(con, contact[0], contact[1], before)

@@ -10,10 +10,10 @@ from scipy.optimize import minimize_scalar
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import (
     coupled_frequencies,
+    natural_frequencies,
     receptance,
     receptance_rotor,
     receptance_stator,
-    stator_frequencies,
     uncoupled_frequencies,
 )
 from rsc.analysis.paper.stability import whirl_eigenvalues
@@ -23,6 +23,11 @@ from rsc.system.system import stacked
 from systems import TWO_PI, beside_scan, changed, expected, jeffcott, make_system, quantity, random_system, reference, scan_grid
 
 GYROSCOPIC = "gyroscopic_disk_very_light"
+
+
+def stator_frequencies(system):
+    """Signed undamped natural frequencies of the stator alone, (2 M,) rad/s."""
+    return natural_frequencies(system.stator.mass, system.stator.stiffness, np.zeros_like(system.stator.mass), 0.0)
 
 
 def plain_receptances(system, Psi, Omega):

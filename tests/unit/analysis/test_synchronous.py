@@ -105,9 +105,10 @@ def test_lines_are_those_of_the_integrated_motion(name, frequency, speed, softer
 
 @pytest.mark.parametrize("b_star", [0.0, 300.0])
 def test_lines_of_the_force_follow_from_those_of_the_distance(b_star):
-    system, Omega, share = reference("mdof_2x2"), TWO_PI * 17.0, 1e-6
+    # of the one-sided damper small motions see the half
+    system, Omega, share = changed(reference("mdof_2x2"), contact_damping=2.0 * b_star), TWO_PI * 17.0, 1e-6
     Psi, F_N = whirls(system, Omega)
-    part, _ = synchronous_response(system, Psi, F_N, Omega, b_star)
+    part, _ = synchronous_response(system, Psi, F_N, Omega)
     _, E = unbalance_response(system, Omega)
     beat = np.exp(2j * np.pi * np.arange(64) / 64)
     for i in range(len(Psi)):

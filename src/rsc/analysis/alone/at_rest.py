@@ -12,7 +12,7 @@ friction force along at once.
 import numpy as np
 
 from rsc.analysis.paper.anisotropy import anisotropic_part
-from rsc.analysis.paper.law import law_at
+from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import in_both_directions
 from rsc.analysis.paper.states import amplitudes, typical
 
@@ -58,7 +58,7 @@ def _states_in(system, place):
 def _resting(system):
     """Displacements of rotor and stator and first-order states `at_rest`, in one vector; None without."""
     free = _hanging(system)
-    if free is None or abs(free[: system.n_rotor] @ system.rotor.contact + system.contact.ring) > law_at(system.contact).gap:
+    if free is None or abs(free[: system.n_rotor] @ system.rotor.contact + system.contact.ring) > law_of(system).gap:
         return _lying(system) if system.rotor.load.any() else free
     return free
 
@@ -92,7 +92,7 @@ def _lying(system):
     """As `_resting`, in contact, by Newton's method from where the load presses; None where it does not converge."""
     stiffness, force, size = _statics(system)
     contact = np.kron(np.eye(2), np.append(system.relative, np.zeros(system.n_states)))  # (2, 2 n), [y, z] of d
-    ring, law = np.array([system.contact.ring.real, system.contact.ring.imag]), law_at(system.contact)
+    ring, law = np.array([system.contact.ring.real, system.contact.ring.imag]), law_of(system)
     k_c, gap = law.stiffness, law.gap
 
     def sprung(centre):

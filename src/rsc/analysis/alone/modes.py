@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from rsc.analysis.alone.free_vibration import FreeVibration, vibrations_of
 from rsc.analysis.alone.mode_shapes import ModeShape, shape_of
-from rsc.analysis.paper.predict import SceneLike, refuse_speeds
+from rsc.analysis.paper.predict import refuse_speeds
 from rsc.arguments import LINE_OF_SPEEDS, SCENE, optional, takes
 from rsc.files.tables import Table
 from rsc.presented import Brief, BriefList, drawing
-from rsc.system.assemble import assemble
+from rsc.system.assemble import SceneLike, assemble
 from rsc.system.blas import one_thread
 from rsc.system.body import ANISOTROPIC, Body
 from rsc.system.system import System

@@ -75,7 +75,7 @@ def balance(system, frequency, speed, harmonics=HARMONICS):
 
 
 @one_thread
-def balance_rolling(system, roll, speed, harmonics=HARMONICS):
+def balance_rolling(system, roll, speed):
     """Find a whirl that rolls with its unbalance at one rotor speed: its surfaces may slip during a part of the beat.
 
     Parameters
@@ -84,7 +84,6 @@ def balance_rolling(system, roll, speed, harmonics=HARMONICS):
         With a contact diameter.
     roll : rsc.analysis.paper.rolling.Roll
     speed : float, Hz
-    harmonics : int
 
     Returns
     -------
@@ -94,7 +93,7 @@ def balance_rolling(system, roll, speed, harmonics=HARMONICS):
     ------
     NotBalanced
     """
-    problem = _Rolling(system, TWO_PI * float(speed), harmonics, roll)
+    problem = _Rolling(system, TWO_PI * float(speed), HARMONICS, roll)
     return problem.result(*problem.raised())
 
 

@@ -7,8 +7,8 @@ import scipy
 
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.balance.balance import beat_of
-from rsc.analysis.paper.receptance import rotor_stiffness, solve_at, stator_stiffness
-from rsc.analysis.paper.stability import growth_of, put_states
+from rsc.analysis.paper.receptance import in_both_directions, pushed
+from rsc.analysis.paper.stability import growth_of, put_states, without_phase
 from rsc.analysis.paper.states import amplitudes, states_of
 from rsc.analysis.paper.synchronous import unbalance_response
 from rsc.system.blas import one_thread
@@ -34,7 +34,7 @@ def balance_growth(system, balance):
     """
     period = 1.0 / (balance.speed - balance.frequency)
     over_beat, phase = _over_beat(system, balance)
-    multipliers = eigenvalues(_without(over_beat, phase)).astype(complex)
+    multipliers = eigenvalues(without_phase(over_beat[None], phase[None])[0]).astype(complex)
     with np.errstate(divide="ignore"):
         return growth_of(np.log(multipliers) / period)
 
@@ -61,9 +61,8 @@ def _phase_shift(system, balance, n_time):
     """
     Omega, w = TWO_PI * balance.speed, TWO_PI * balance.lines
     k = np.arange(len(w)) - len(w) // 2
-    rotor = -solve_at(rotor_stiffness(system, w, Omega), system.rotor.contact) * balance.forces[:, None]
+    rotor, stator = pushed(system, w, Omega, balance.forces)
     rotor[k == 1] += unbalance_response(system, Omega)[0]
-    stator = solve_at(stator_stiffness(system, w), system.stator.contact) * balance.forces[:, None]
     lines = np.hstack([rotor, stator]) * (1j * (1 - k) * np.exp(-1j * np.pi * k / n_time))[:, None]
     x = lines.sum(axis=0)
     v = (1j * k * (Omega - TWO_PI * balance.frequency)) @ lines
@@ -71,14 +70,6 @@ def _phase_shift(system, balance, n_time):
     if bodies.n_states:
         parts.append(states_of(bodies, w, lines).sum(axis=0))
     return np.concatenate([part for own in parts for part in (own.real, own.imag)])
-
-
-def _without(matrix, vector):
-    """A matrix without its eigenvector: reflected onto the first axis, first row and column dropped."""
-    normal = vector / np.linalg.norm(vector)
-    normal[0] += 1.0 if normal[0] >= 0.0 else -1.0
-    reflection = np.eye(len(normal)) - 2.0 * np.outer(normal, normal) / (normal @ normal)
-    return (reflection @ matrix @ reflection)[1:, 1:]
 
 
 def _free_matrices(system, Psi, Omega):
@@ -92,8 +83,8 @@ def _free_matrices(system, Psi, Omega):
     stiffness = inverse @ bodies.static - Psi**2 * np.eye(n) + 1j * Psi * damping
     matrix, moving = np.zeros((size, size)), slice(2 * n, 4 * n)
     matrix[: 2 * n, moving] = np.eye(2 * n)
-    matrix[moving, : 2 * n] = -_real(stiffness)
-    matrix[moving, moving] = -_real(damping + 2j * Psi * np.eye(n))
+    matrix[moving, : 2 * n] = -in_both_directions(stiffness, None)
+    matrix[moving, moving] = -in_both_directions(damping + 2j * Psi * np.eye(n), None)
     if whole.n_states:
         put_states(matrix[None], whole, inverse, Psi)
     push = np.zeros((size, 2))
@@ -102,11 +93,6 @@ def _free_matrices(system, Psi, Omega):
     for row in range(4):
         pick[row, row * n : (row + 1) * n] = system.relative
     return matrix, push, pick
-
-
-def _real(matrix):
-    """A complex matrix as it acts on [Re, Im]."""
-    return np.block([[matrix.real, -matrix.imag], [matrix.imag, matrix.real]])
 
 
 def _law(force):

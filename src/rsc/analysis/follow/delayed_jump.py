@@ -15,7 +15,7 @@ import numpy as np
 
 from rsc.analysis.follow.events import CREEPING, OSCILLATORY
 from rsc.analysis.paper.law import law_of
-from rsc.analysis.paper.receptance import rotor_stiffness, solve_at, stator_stiffness
+from rsc.analysis.paper.receptance import pushed
 from rsc.analysis.paper.small_motions import small_motion
 from rsc.analysis.paper.states import states_of
 from rsc.analysis.paper.synchronous import synchronous_response, unbalance_response
@@ -203,8 +203,7 @@ def starting_level(system, branch, speed):
         bodies = system.at_speed(Omega).joined()
         z = -sum(states_of(bodies, w, line) for w, line in zip((Omega, 2.0 * Psi - Omega), lines, strict=True))
     part = motion.part_of(-lines.sum(axis=0), -(turning @ lines), z)
-    size = max(abs(line[: system.n_rotor] @ system.rotor.contact) for line in motion.lines)
-    return max(abs(part) * float(size) / whirl.rotor_amplitude, 2.0**-53)
+    return max(abs(part) * float(motion.sizes(system).max()) / whirl.rotor_amplitude, 2.0**-53)
 
 
 def _unbalance_lines(system, Psi, F_N, Omega):
@@ -213,9 +212,8 @@ def _unbalance_lines(system, Psi, F_N, Omega):
     unbalanced, _ = unbalance_response(system, Omega)
     lines = []
     for w, force, free in ((Omega, part.force[0], unbalanced), (2.0 * Psi - Omega, part.mirror_force[0], 0.0)):
-        rotor = free - solve_at(rotor_stiffness(system, w, Omega), system.rotor.contact) * force
-        stator = solve_at(stator_stiffness(system, w), system.stator.contact) * force
-        lines.append(np.concatenate([rotor, stator]))
+        rotor, stator = pushed(system, w, Omega, force)
+        lines.append(np.concatenate([free + rotor, stator]))
     return np.array(lines)
 
 
@@ -223,7 +221,4 @@ def _growing_line(system, branch, speed):
     """Frequency in Hz of the larger line of the growing motion."""
     whirl = branch.at(speed)
     Psi = TWO_PI * whirl.frequency
-    motion = small_motion(system, Psi, whirl.normal_force, TWO_PI * whirl.speed)
-    sizes = [abs(line[: system.n_rotor] @ system.rotor.contact) for line in motion.lines]
-    sign = 1.0 if sizes[0] >= sizes[1] else -1.0
-    return float((Psi + sign * motion.eigenvalue.imag) / TWO_PI)
+    return float(small_motion(system, Psi, whirl.normal_force, TWO_PI * whirl.speed).larger_line(system, Psi)) / TWO_PI

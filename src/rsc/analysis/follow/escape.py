@@ -23,7 +23,7 @@ _EXACT = 1e-9  # share of a friction that is located
 _ROUNDING = 1e-12  # of the largest frequency, below which a growth is none
 
 
-def least_escape(system, Omega, band=(-np.inf, np.inf)):
+def least_escape(system, Omega, band):
     """The Event from which on a backward motion runs away; None with a contact diameter, or where none does up to friction 5.
 
     system : System at the rotor speed Omega in rad/s, forward; band : lowest and highest Psi in rad/s that its bodies hold for

@@ -108,7 +108,7 @@ class Attractor:
     touches: tuple[str, ...] = ()
 
 
-def rub_growth(system, rub, Omega, b_star=None):
+def rub_growth(system, rub, Omega):
     """Growth rate of small motions about a forward rub.
 
     Parameters
@@ -117,8 +117,6 @@ def rub_growth(system, rub, Omega, b_star=None):
         With finite contact stiffness.
     rub : rsc.analysis.paper.synchronous.ForwardRub
     Omega : float, rad/s
-    b_star : float, optional, N s/m
-        As in `rsc.analysis.paper.stability.whirl_growth`; default b_C / 2.
 
     Returns
     -------
@@ -131,7 +129,7 @@ def rub_growth(system, rub, Omega, b_star=None):
         Rigid contact.
     """
     # small motions do not see the unbalance, only the frame, the force and the friction
-    matrix = state_matrices(system, np.array([Omega]), np.array([rub.normal_force]), Omega, b_star)[0]
+    matrix = state_matrices(system, np.array([Omega]), np.array([rub.normal_force]), Omega)[0]
     return growth_of(eigenvalues(matrix))
 
 
@@ -189,7 +187,7 @@ def attractors(system, speed):
         motions.append(Attractor("no contact", float(speed), amplitude, rate, rate < 0.0 and not touches, touches))
     for rub in forward_rub(system, Omega):
         rate = rub_growth(system, rub, Omega).rate
-        circular = mirror_share(system, rub, Omega) <= MOST_MIRROR
+        circular = rub_mirror_share(system, rub, Omega) <= MOST_MIRROR
         touches = touched(system, shape_deflections(system, rub.rotor_shape, rub.stator_shape) / gaps)
         stable = rate < 0.0 and circular and not touches
         motions.append(Attractor("forward rub", float(speed), rub.amplitude, rate, stable, touches))
@@ -244,7 +242,7 @@ def _range(system, chosen, speeds, ends):
 
     @cache
     def share(speed):
-        return mirror_share(system, rub(speed), TWO_PI * speed)
+        return rub_mirror_share(system, rub(speed), TWO_PI * speed)
 
     @cache
     def clearance(speed):
@@ -265,11 +263,6 @@ def _range(system, chosen, speeds, ends):
     speeds = np.unique(np.concatenate([speeds, *(beside(event.speed) for event in events)]))
     columns = np.array([(rub(v).amplitude, growth(v).rate, share(v), clearance(v)) for v in speeds.tolist()]).T
     return RubRange(1 if chosen[1] == 1 else chosen[0], *ends, tuple(events), speeds, *columns)
-
-
-def mirror_share(system, rub, Omega):
-    """Share of the mirror line in a rub, 0 where directions are alike."""
-    return 0.0 if system.isotropic else rub_mirror_share(system, rub, Omega)
 
 
 def clearance_share(system, rub):

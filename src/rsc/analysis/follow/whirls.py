@@ -12,7 +12,7 @@ from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.predict import Whirl, whirls_of
 from rsc.analysis.paper.receptance import contact_receptance
 from rsc.analysis.paper.stability import Growth, whirl_growths
-from rsc.analysis.paper.states import first_order
+from rsc.analysis.paper.states import free_matrix
 from rsc.analysis.paper.whirls import normal_force, roots_by_place
 from rsc.analysis.several.condition import Whirling
 from rsc.analysis.several.described import described
@@ -48,10 +48,7 @@ def _bound_with_states(bodies: Body, Omega: float | NDArray[np.float64]) -> NDAr
     speeds = np.broadcast_to(Omega, (len(bodies.mass),)) if stack else np.atleast_1d(Omega)
     bounds = []
     for i, speed in enumerate(speeds):
-        own = bodies.at(i)
-        plain = own.without_states()
-        motions = np.linalg.eigvals(first_order(own, plain.mass, -1j * plain.by_frequency(speed), plain.static))
-        bounds.append(BEYOND * np.abs(motions).max())
+        bounds.append(BEYOND * np.abs(np.linalg.eigvals(free_matrix(bodies.at(i), speed))).max())
     return np.array(bounds) if np.ndim(Omega) or stack else np.asarray(bounds[0])
 
 

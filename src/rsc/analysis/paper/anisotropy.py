@@ -41,7 +41,7 @@ class MirrorLine:
     high: np.ndarray
 
 
-def mirror_line(system, Psi, F_N, Omega, b_star=None):
+def mirror_line(system, Psi, F_N, Omega):
     """Mirror line of a circular whirl at -Psi, to first order in that line.
 
     The contact force c F_N e^{i Psi t} of the whirl alone moves the contact at -Psi by E_- = -H_c(-Psi) conj(c) F_N, exactly. The
@@ -55,19 +55,18 @@ def mirror_line(system, Psi, F_N, Omega, b_star=None):
     Psi, F_N : (n,) float, rad/s and N
         Whirl roots and their normal forces.
     Omega : float, rad/s, or one each
-    b_star : float, optional, N s/m
-        As in `rsc.analysis.paper.stability.whirl_growth`: default b_C/2.
 
     Returns
     -------
     MirrorLine
     """
     whirl = along(whirl_shapes(system, Psi, F_N, Omega)[0], system.rotor.contact)
-    return _mirrored(system, (Psi, F_N), Omega, whirl, 0.0, b_star)
+    return _mirrored(system, (Psi, F_N), Omega, whirl, 0.0)
 
 
 def rub_mirror_share(system, rub, Omega):
-    """Mirror line of a forward rub at -Omega over the rub, by `mirror_line`'s equations; the unbalance has a part in it.
+    """Mirror line of a forward rub at -Omega over the rub, by `mirror_line`'s equations, driven by the unbalance as well; 0 where
+    directions are alike.
 
     Parameters
     ----------
@@ -79,20 +78,22 @@ def rub_mirror_share(system, rub, Omega):
     -------
     float
     """
+    if system.isotropic:
+        return 0.0
     # a shift of time that puts the contact at angle 0 turns what runs backward by the contact angle
     free = unbalance_ellipse(system, Omega)[1] @ system.rotor.contact * np.exp(1j * rub.contact_angle)
     motion = np.array([Omega]), np.array([rub.normal_force])
     return float(_mirrored(system, motion, Omega, np.array([rub.amplitude]), free).share[0])
 
 
-def _mirrored(system, motion, Omega, whirl, free, b_star=None):
+def _mirrored(system, motion, Omega, whirl, free):
     """`MirrorLine` of a motion (Psi, F_N), given its amplitude and the motion of the rotor at -Psi without contact force."""
     (Psi, F_N), contact, n = motion, system.relative, system.n_rotor
     at_mirror, at_third = (contact_motion(system, w, Omega) for w in (-Psi, 3.0 * Psi))
     F_back = law_of(system).turn.conjugate() * F_N
     with np.errstate(invalid="ignore"):  # at a pole nothing of this is a number
         (H, H_c), (H_third, _) = (along(moved[:2], contact) for moved in (at_mirror, at_third))
-        F_mirror, F_third = coupled_lines(system, motion, (-Psi, H, H_third), free - H_c * F_back, b_star)
+        F_mirror, F_third = coupled_lines(system, motion, (-Psi, H, H_third), free - H_c * F_back)
         (H_r, H_rc), (H_r_third, _) = (along(moved[:2, ..., :n], system.rotor.contact) for moved in (at_mirror, at_third))
         line, third = free - H_r * F_mirror - H_rc * F_back, -H_r_third * F_third
         low, high = envelope_of(whirl, line, third)

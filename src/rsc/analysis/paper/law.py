@@ -92,9 +92,9 @@ class SteadyLaw(ContactLaw):
         """N s/m, b_C/2: the mean of the one-sided damper over a small oscillation about a steady motion."""
         return self.damper(0.5)
 
-    def dynamic_stiffness(self, w, b_star=None):
-        """k_C + i w b* in N/m of small radial motions at the frequency w in the turning frame; b* by default `mean_damping`."""
-        return self.stiffness + 1j * w * (self.mean_damping if b_star is None else b_star)
+    def dynamic_stiffness(self, w):
+        """k_C + i w b_C/2 in N/m of small radial motions at the frequency w in the turning frame, with the `mean_damping`."""
+        return self.stiffness + 1j * w * self.mean_damping
 
     def against_force(self, H):
         """c = (1 - i mu)/|1 + i mu|, the direction of d against that of the force, and H + c/(k_C |1 + i mu|), the receptance in

@@ -65,6 +65,26 @@ def receptance(system, Psi, Omega):
     return receptance_rotor(system, Psi, Omega) + receptance_stator(system, Psi)
 
 
+def pushed(system, w, Omega, force):
+    """Displacements of all coordinates by contact forces at frequencies w: (-A_R^-1 l_R F, A_S^-1 l_S F).
+
+    Parameters
+    ----------
+    system : System
+    w : array_like of float, rad/s
+    Omega : float, rad/s, or array of the shape of w
+    force : array_like of complex, shape of w, N
+
+    Returns
+    -------
+    rotor, stator : ndarray of complex, shape of w followed by (N,) and (M,), m (tilts: rad)
+        Infinite at a pole.
+    """
+    force = np.asarray(force)[..., None]
+    rotor = -solve_at(rotor_stiffness(system, w, Omega), system.rotor.contact) * force
+    return rotor, solve_at(stator_stiffness(system, w), system.stator.contact) * force
+
+
 def rotor_stiffness(system, Psi, Omega):
     """Dynamic stiffness A_R(Psi) in N/m; shape of Psi followed by (N, N). Of a stack of systems Psi has one number each."""
     return _stiffness(system.rotor, Psi, Omega)
@@ -161,11 +181,7 @@ def _solved_with_slope(bodies, Omega, Psi, left=False):
 
 def phase_slopes(system, Omega, Psi):
     """First and second derivative of the phase of cH with respect to Psi, (n,) in s and s^2."""
-    return slopes_of_phase(*contact_receptance(system, Omega, Psi))
-
-
-def slopes_of_phase(value, first, second):
-    """As `phase_slopes`, given what `contact_receptance` returns."""
+    value, first, second = contact_receptance(system, Omega, Psi)
     with np.errstate(divide="ignore", invalid="ignore"):
         return (first / value).imag, (second / value - (first / value) ** 2).imag
 
@@ -181,11 +197,6 @@ def uncoupled_frequencies(system, Omega):
     if len(system.knot_speed):
         return _at_each(uncoupled_frequencies, system, Omega)
     return natural_frequencies(system.rotor.mass, system.rotor.stiffness, system.rotor.gyroscopic, Omega)
-
-
-def stator_frequencies(system):
-    """Signed undamped natural frequencies of the stator alone, (2 M,) rad/s, rising."""
-    return natural_frequencies(system.stator.mass, system.stator.stiffness, np.zeros_like(system.stator.mass), 0.0)
 
 
 def coupled_frequencies(system, Omega):

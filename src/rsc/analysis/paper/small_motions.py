@@ -40,6 +40,15 @@ class SmallMotion:
         parts = x, x_dot, np.asarray(z, dtype=complex)
         return complex(self.left @ np.concatenate([part for own in parts for part in (own.real, own.imag)]))
 
+    def sizes(self, system):
+        """(2,) float, sizes of both lines at the contact coordinate of the rotor."""
+        return np.abs(self.lines[:, : system.n_rotor] @ system.rotor.contact)
+
+    def larger_line(self, system, Psi):
+        """Frequency in rad/s of the larger line, about a whirl at Psi in rad/s."""
+        upper, lower = self.sizes(system)
+        return Psi + (1.0 if upper >= lower else -1.0) * self.eigenvalue.imag
+
 
 @dataclass(frozen=True)
 class DamperLimits:
@@ -72,9 +81,9 @@ class Departure:
     line: float
 
 
-def small_motion(system, Psi, F_N, Omega, b_star=None):
+def small_motion(system, Psi, F_N, Omega):
     """Find the fastest growing small motion about a whirl; arguments as `rsc.analysis.paper.stability.whirl_growth`."""
-    matrix = state_matrices(system, np.array([Psi]), np.array([F_N]), Omega, b_star)[0]
+    matrix = state_matrices(system, np.array([Psi]), np.array([F_N]), Omega)[0]
     values, left, right = scipy.linalg.eig(matrix, left=True)
     (phase,), n = whirl_phases(system, np.array([Psi]), np.array([F_N]), Omega), system.n_rotor + system.n_stator
     phase = np.append(phase, np.zeros(len(matrix) - len(phase)))
@@ -178,8 +187,7 @@ def departure(system, whirl, whirls):
     motion = small_motion(system, TWO_PI * whirl.frequency, whirl.normal_force, TWO_PI * whirl.speed)
     if motion.eigenvalue.imag == 0.0:
         return Departure("creeping", _partner(system, whirl, whirls), True, whirl.frequency)
-    sizes = [abs(line[: system.n_rotor] @ system.rotor.contact) for line in motion.lines]
-    line = whirl.frequency + (1.0 if sizes[0] >= sizes[1] else -1.0) * motion.eigenvalue.imag / TWO_PI
+    line = float(motion.larger_line(system, TWO_PI * whirl.frequency)) / TWO_PI
     stable = [w.frequency for w in whirls if w.decays]
     return Departure("oscillatory", min(stable, key=lambda f: abs(f - line), default=np.nan), False, line)
 

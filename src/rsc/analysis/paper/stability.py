@@ -67,23 +67,23 @@ def whirl_growth(
 
 
 def whirl_growths(
-    system: System,
-    Psi: NDArray[np.float64],
-    F_N: NDArray[np.float64],
-    Omega: float | NDArray[np.float64],
-    b_star: float | None = None,
+    system: System, Psi: NDArray[np.float64], F_N: NDArray[np.float64], Omega: float | NDArray[np.float64]
 ) -> list[Growth]:
-    """Growth rates of whirls, `whirl_growth` for arrays (n,) of Psi and F_N; Omega one or each, of a system or a stack."""
-    return [growth_of(row) for row in whirl_eigenvalues(system, Psi, F_N, Omega, b_star)]
+    """Growth rates of whirls, as `whirl_growth`, for arrays (n,) of Psi and F_N; Omega a scalar or (n,), system one or a stack of
+    n."""
+    return [growth_of(row) for row in whirl_eigenvalues(system, Psi, F_N, Omega)]
 
 
 def whirl_eigenvalues(system, Psi, F_N, Omega, b_star=None, creep=0.0):
     """Eigenvalues (n, 4 (N + M) - 1) of several whirls; the system may be a stack of n and Omega one speed each."""
     matrices = state_matrices(system, Psi, F_N, Omega, b_star, creep)
-    phases = whirl_phases(system, Psi, F_N, Omega)
+    return eigenvalues_without_phase(system, matrices, whirl_phases(system, Psi, F_N, Omega))
+
+
+def eigenvalues_without_phase(system, matrices, phases):
+    """Eigenvalues of state matrices (n, k, k), balanced, but for the 0 that belongs to a shift of the phase (n, up to k)."""
     scale = state_scale(system, matrices)
-    phases *= scale[:, : phases.shape[1]]
-    return eigenvalues(without_phase(scale[:, :, None] * matrices / scale[:, None, :], phases))
+    return eigenvalues(without_phase(scale[:, :, None] * matrices / scale[:, None, :], phases * scale[:, : phases.shape[1]]))
 
 
 def whirl_phases(system, Psi, F_N, Omega):

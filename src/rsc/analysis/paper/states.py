@@ -39,6 +39,12 @@ def first_order(body, mass, damping, stiffness):
     return matrix
 
 
+def free_matrix(body, Omega):
+    """`first_order` of a body at a rotor speed in rad/s."""
+    plain = body.without_states()
+    return first_order(body, plain.mass, -1j * plain.by_frequency(Omega), plain.static)
+
+
 def typical(body):
     """A typical frequency of a body, rad/s, to scale its unknowns."""
     squares = np.abs(np.diagonal(body.stiffness) / np.diagonal(body.mass))

@@ -8,7 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from rsc.analysis.paper.law import law_of
-from rsc.analysis.paper.receptance import along, receptance_rotor, receptance_stator, rotor_stiffness, solve_at, stator_stiffness
+from rsc.analysis.paper.receptance import (
+    along,
+    pushed,
+    receptance_rotor,
+    receptance_stator,
+    rotor_stiffness,
+    solve_at,
+    stator_stiffness,
+)
 from rsc.analysis.paper.whirls import whirl_shapes
 
 _PHASES = np.exp(2j * np.pi * np.arange(64) / 64)
@@ -77,7 +85,7 @@ def unbalance_response(system, Omega):
     return rotor, along(rotor, system.rotor.contact) + system.contact.ring
 
 
-def synchronous_response(system, Psi, F_N, Omega, b_star=None):
+def synchronous_response(system, Psi, F_N, Omega):
     """Synchronous part of a whirl to first order in the unbalance.
 
     The contact force F = (1 + i mu)(k_C (|d| - s) + b* |d|') d/|d| is linearised about d_0 = s + F_N/k_C in the frame
@@ -90,7 +98,7 @@ def synchronous_response(system, Psi, F_N, Omega, b_star=None):
         (H(Omega) + (q + p)/c) F_Omega - (q - p)/conj(c) G = E,
         -(q - p)/c F_Omega + (conj H(m) + (q + p)/conj(c)) G = 0.
 
-    For a rigid contact p = 0, d_0 = s (physics.md section 3). p contains b*, by default b_C/2.
+    For a rigid contact p = 0, d_0 = s (physics.md section 3). b* is b_C/2, the mean of the one-sided damper.
 
     The paper's (21), (28) is inconsistent to first order: (H(Omega) + s/(c F_N)) F_Omega = E for a rigid contact, without a
     mirror line. What is called printed here takes d_0 for s, (H(Omega) + 2 q/c) F_Omega = E with 2 q = s/F_N + 1/k_C: it
@@ -103,15 +111,13 @@ def synchronous_response(system, Psi, F_N, Omega, b_star=None):
     Psi, F_N : array_like of float, one shape, rad/s and N
         Whirl roots and their normal forces.
     Omega : float, rad/s, or one each
-    b_star : float, optional, N s/m
-        As in `rsc.analysis.paper.stability.whirl_growth`: default b_C/2.
 
     Returns
     -------
     consistent, printed : SynchronousPart
     """
     Psi, F_N = np.asarray(Psi, dtype=float), np.asarray(F_N, dtype=float)
-    lines = _lines(system, Psi, F_N, Omega, b_star)
+    lines = _lines(system, Psi, F_N, Omega)
     whirl = along(whirl_shapes(system, Psi, F_N, Omega)[0], system.rotor.contact)
     low, high = envelope_of(whirl, *lines[2:])
     forms = zip(*lines[:2], *np.abs(lines[2:]), low, high, strict=True)
@@ -125,13 +131,13 @@ def synchronous_lines(system, Psi, F_N, Omega):
     return F_Omega[0], F_m[0], line[0]
 
 
-def _lines(system, Psi, F_N, Omega, b_star=None):
+def _lines(system, Psi, F_N, Omega):
     """F_Omega, F_m in N, a_Omega, a_m in m, complex; of each the consistent and the printed form, (2, shape of Psi)."""
     law, m = law_of(system), 2.0 * Psi - Omega
     unbalanced, E = unbalance_response(system, Omega)
     H_r, H_r_mirror = receptance_rotor(system, Omega, Omega), receptance_rotor(system, m, Omega)
     H, H_mirror = H_r + receptance_stator(system, Omega), H_r_mirror + receptance_stator(system, m)
-    forces = coupled_lines(system, (Psi, F_N), (Omega, H, H_mirror), E, b_star)
+    forces = coupled_lines(system, (Psi, F_N), (Omega, H, H_mirror), E)
     with np.errstate(divide="ignore", invalid="ignore"):
         q = law.distance(F_N) / (2.0 * F_N)
         F_Omega = np.stack([forces[0], E / (H + 2.0 * q / law.turn)])
@@ -142,7 +148,7 @@ def _lines(system, Psi, F_N, Omega, b_star=None):
     return F_Omega, F_m, line, -H_r_mirror * F_m
 
 
-def coupled_lines(system, whirl, lines, E, b_star=None):
+def coupled_lines(system, whirl, lines, E):
     """Forces F_w and F_m of a line driven at w and of its mirror line at m = 2 Psi - w, which the contact of a whirl joins.
 
     Parameters
@@ -151,7 +157,6 @@ def coupled_lines(system, whirl, lines, E, b_star=None):
     whirl : (Psi, F_N), rad/s and N
     lines : (w, H(w), H(m)), rad/s and m/N
     E : complex m, motion of the contact at w without contact force
-    b_star : float, optional, N s/m
 
     Returns
     -------
@@ -162,7 +167,7 @@ def coupled_lines(system, whirl, lines, E, b_star=None):
     c = law.turn
     with np.errstate(divide="ignore", invalid="ignore"):
         q = law.distance(F_N) / (2.0 * F_N)
-        p = 0.5 / law.dynamic_stiffness(w - Psi, b_star)
+        p = 0.5 / law.dynamic_stiffness(w - Psi)
         direct, mirror = H + (q + p) / c, H_mirror.conj() + (q + p) / c.conjugate()
         determinant = direct * mirror - (q - p) ** 2 / np.abs(c) ** 2
         return mirror * E / determinant, ((q - p) / c * E / determinant).conj()
@@ -217,8 +222,8 @@ def forward_rub(system, Omega):
     for F in np.sort(forces[forces > 0.0]):
         direction = E / (H * F + c * law.gap)  # of the force; d lags or leads it by the friction angle
         force = F * direction
-        rotor_shape = rotor - solve_at(rotor_stiffness(system, Omega, Omega), system.rotor.contact) * force
-        F_N = F / law.oblique
+        moved, stator_shape = pushed(system, Omega, Omega, force)
+        rotor_shape, F_N = rotor + moved, F / law.oblique
         motions.append(
             ForwardRub(
                 force=float(F),
@@ -227,7 +232,7 @@ def forward_rub(system, Omega):
                 contact_angle=float(np.angle(direction * c)),
                 amplitude=float(abs(rotor_shape @ system.rotor.contact)),
                 rotor_shape=rotor_shape,
-                stator_shape=solve_at(stator_stiffness(system, Omega), system.stator.contact) * force,
+                stator_shape=stator_shape,
             )
         )
     return motions

@@ -4,7 +4,7 @@ import numpy as np
 import scipy
 
 from rsc.analysis.paper.anisotropy import unbalance_ellipse
-from rsc.analysis.paper.receptance import along, in_both_directions, rotor_stiffness, solve_at, stator_stiffness
+from rsc.analysis.paper.receptance import along, in_both_directions, pushed
 from rsc.analysis.paper.synchronous import envelope_of, unbalance_response
 from rsc.analysis.paper.whirls import whirl_shapes
 
@@ -27,7 +27,8 @@ def whirl_deflections(system, Psi, F_N, Omega, forces):
     Psi, F_N = np.asarray(Psi, dtype=float), np.asarray(F_N, dtype=float)
     Omega = np.broadcast_to(Omega, Psi.shape)
     whirl = whirl_shapes(system, Psi, F_N, Omega)
-    line, mirror_line = (_moved(system, w, Omega, F) for w, F in zip((Omega, 2.0 * Psi - Omega), forces, strict=True))
+    with np.errstate(invalid="ignore"):
+        line, mirror_line = (pushed(system, w, Omega, F) for w, F in zip((Omega, 2.0 * Psi - Omega), forces, strict=True))
     line = line[0] + unbalance_response(system, Omega)[0], line[1]
     largest = []
     for place in system.clearances:
@@ -36,13 +37,6 @@ def whirl_deflections(system, Psi, F_N, Omega, forces):
             high = envelope_of(*parts)[1]
         largest.append(np.where(np.isfinite(high), high, np.abs(parts[0])))  # at rest, free motions: a pole of the lines
     return np.array(largest).reshape(len(system.clearances), *Psi.shape).T
-
-
-def _moved(system, w, Omega, force):
-    """(rotor, stator) that contact forces at w move, each (n, N) and (n, M)."""
-    with np.errstate(invalid="ignore"):
-        rotor = -solve_at(rotor_stiffness(system, w, Omega), system.rotor.contact) * force[:, None]
-        return rotor, solve_at(stator_stiffness(system, w), system.stator.contact) * force[:, None]
 
 
 def shape_deflections(system, rotor, stator):

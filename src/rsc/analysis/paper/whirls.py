@@ -16,13 +16,12 @@ from rsc.analysis.paper.receptance import (
     dynamic_stiffness,
     entrywise,
     mode_scale,
+    pushed,
     receptance,
-    rotor_stiffness,
     solve_at,
-    stator_stiffness,
     transposed,
 )
-from rsc.analysis.paper.states import amplitudes, first_order, typical
+from rsc.analysis.paper.states import amplitudes, free_matrix, typical
 from rsc.system.blas import threads_for
 
 ROOT_RESIDUAL = 1e-10  # |Im cH| / |cH| at which a root counts as met
@@ -185,7 +184,7 @@ def _candidates_with_states(bodies, mu, Omega):
         own = bodies.at(i) if stacked else bodies
         speed, friction = (float(np.ravel(_at(value, i))[0]) for value in (Omega, mu))
         plain, n = own.without_states(), own.n_coordinates
-        F = first_order(own, plain.mass, -1j * plain.by_frequency(speed), plain.static)
+        F = free_matrix(own, speed)
         motions = np.linalg.eigvals(F)
         omega = typical(plain)
         scale = np.concatenate([np.ones(n), np.full(n, omega), amplitudes(own, omega)])
@@ -370,9 +369,7 @@ def whirl_shapes(system, Psi, F_N, Omega):
     -------
     rotor, stator : ndarray of complex, shape of Psi followed by (N,) and (M,), m (tilts: rad)
     """
-    force = (law_of(system).turn * np.asarray(F_N))[..., None]
-    rotor = -solve_at(rotor_stiffness(system, Psi, Omega), system.rotor.contact) * force
-    return rotor, solve_at(stator_stiffness(system, Psi), system.stator.contact) * force
+    return pushed(system, Psi, Omega, law_of(system).turn * np.asarray(F_N))
 
 
 def side_conditions(system, Psi, F_N, Omega, F_Omega, mirror_share=None, deflected=None):

@@ -8,9 +8,8 @@ docs/users/physics.md), but turned by its phase,
 
 import numpy as np
 
-from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.paper.receptance import in_both_directions
-from rsc.analysis.paper.stability import growth_of, state_scale, without_phase
+from rsc.analysis.paper.stability import eigenvalues_without_phase, growth_of
 
 
 def growths(system, own, whirls):
@@ -27,10 +26,7 @@ def growths(system, own, whirls):
         return []
     shapes = own.shapes(whirls)
     phases = np.concatenate([-shapes.imag, shapes.real], axis=1)
-    scale = state_scale(system, matrices)
-    phases *= scale[:, : phases.shape[1]]
-    values = eigenvalues(without_phase(scale[:, :, None] * matrices / scale[:, None, :], phases))
-    return [growth_of(row) for row in values]
+    return [growth_of(row) for row in eigenvalues_without_phase(system, matrices, phases)]
 
 
 def _state_matrix(own, Psi, N, phi):

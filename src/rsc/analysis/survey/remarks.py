@@ -10,7 +10,7 @@ from rsc.analysis.alone.free_vibration import free_growth, free_vibrations, thre
 from rsc.analysis.balance.elliptic_whirl import elliptic_whirl
 from rsc.analysis.balance.problem import LEAST_TOLD, NotBalanced
 from rsc.analysis.paper.predict import predict_system
-from rsc.analysis.paper.receptance import free_motions
+from rsc.analysis.paper.receptance import free_motions, in_both_directions
 from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.paper.small_motions import damper_limits, departure, undecided
 from rsc.analysis.paper.whirls import MOST_MIRROR
@@ -72,8 +72,7 @@ def directions_differ(body, row):
     E = body.anisotropic_stiffness
     if E is None or not E.any() or not row.any():
         return 0.0
-    # K r + E conj(r) = f in components
-    stiffness = np.block([[body.stiffness + E.real, E.imag], [E.imag, body.stiffness - E.real]])
+    stiffness = in_both_directions(body.stiffness, E)  # of K r + E conj(r) = f
     if np.linalg.cond(stiffness) > _SINGULAR:
         return 0.0
     both = np.kron(np.eye(2), row)

@@ -4,6 +4,7 @@ A function of `Emitted`s runs once, at compile time: its Python loops and lists 
 instructions in exactly the order written, never reordered or contracted.
 """
 
+from functools import partial
 from types import SimpleNamespace
 
 from llvmlite import ir
@@ -113,7 +114,7 @@ def fma(a, b, total):
     codes, builder = (total.code_of(a), total.code_of(b), total.code), total.builder
     if not is_vec(total.kind):
         return Emitted(builder, total.kind, builder.fma(*codes))
-    return Emitted(builder, total.kind, each(builder, total.kind, lambda *parts: fma_lanewise(builder, *parts), *codes))
+    return Emitted(builder, total.kind, each(builder, total.kind, partial(fma_lanewise, builder), *codes))
 
 
 def pair_of(y, z):

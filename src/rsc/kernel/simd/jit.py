@@ -26,6 +26,16 @@ def unrolled(choose):
     return helper
 
 
+def constant(value_of):
+    """A number, or a tuple of numbers, that follows from the types of the arguments: `value_of` receives the types, once."""
+
+    def choose(*kinds):
+        value = value_of(*kinds)
+        return lambda *args: value
+
+    return unrolled(choose)
+
+
 def overloaded(function):
     """numba.extending.overload whose code is inlined into its caller."""
     return overload(function, jit_options=_INLINED, strict=False)

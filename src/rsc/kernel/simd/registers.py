@@ -1,6 +1,7 @@
 """Packed vectors in SIMD registers: their Numba type, and LLVM code on registers for the intrinsics of `vec`."""
 
 import struct
+from functools import partial
 
 from llvmlite import ir
 from numba import types
@@ -33,7 +34,7 @@ class VecType(types.Type):
 
     def swapped(self, builder, value):
         """Every pair with its components exchanged."""
-        return each(builder, self, lambda p: shuffle(builder, p, p, [i ^ 1 for i in range(p.type.count)]), value)
+        return each(builder, self, partial(exchanged, builder), value)
 
     def pair_sums(self, builder, a, b):
         """(y + z of a, y + z of b) in every pair."""
@@ -47,8 +48,7 @@ class VecType(types.Type):
 
     def alternated(self, builder, a, b):
         """(y of a, z of b) in every pair."""
-
-        return each(builder, self, lambda p, q: alternating(builder, p, q), a, b)
+        return each(builder, self, partial(alternating, builder), a, b)
 
     def turned(self, builder, value):
         """(y, z) -> (-z, y) in every pair."""
@@ -168,7 +168,11 @@ def each(builder, vec, apply, *values):
 
 def emitted(signature, make):
     """Return value of an intrinsic: its signature, and make(builder, *codes of its arguments), which emits its code."""
-    return signature, lambda context, builder, sig, args: make(builder, *args)
+
+    def codegen(context, builder, sig, args):
+        return make(builder, *args)
+
+    return signature, codegen
 
 
 def is_vec(*args):
@@ -180,6 +184,11 @@ def shuffle(builder, a, b, lanes):
     """The given lanes of two registers."""
     mask = ir.Constant(ir.VectorType(I32, len(lanes)), [ir.Constant(I32, i) for i in lanes])
     return builder.shuffle_vector(a, b, mask)
+
+
+def exchanged(builder, part):
+    """A register with the lanes of every pair exchanged."""
+    return shuffle(builder, part, part, [i ^ 1 for i in range(part.type.count)])
 
 
 def alternating(builder, a, b):
@@ -231,6 +240,11 @@ def call_lanewise(builder, name, *args):
     ty = args[0].type
     function = ir.FunctionType(ty, [ty] * len(args))
     return builder.call(cgutils.get_or_insert_function(builder.module, function, f"{name}.v{ty.count}f64"), args)
+
+
+def rounded(builder, part):
+    """A register rounded to the nearest integers, halves to even."""
+    return call_lanewise(builder, "llvm.rint", part)
 
 
 def fma_lanewise(builder, s, a, b):

@@ -12,7 +12,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from rsc.kernel.simd.jit import inlined, overloaded, unrolled
+from rsc.kernel.simd.jit import constant, inlined, overloaded
 from rsc.kernel.simd.registers import (
     F64,
     I32,
@@ -20,7 +20,6 @@ from rsc.kernel.simd.registers import (
     VecType,
     add,
     addresses,
-    call_lanewise,
     each,
     emitted,
     fma_lanewise,
@@ -28,9 +27,12 @@ from rsc.kernel.simd.registers import (
     join,
     keep_larger,
     register,
+    rounded,
+    splat,
     split,
     stored,
 )
+from rsc.kernel.simd.static import question, static
 
 
 @intrinsic
@@ -44,10 +46,18 @@ def address(typingctx, array):
     return types.int64(array), codegen
 
 
+def _width(kind):
+    """Number of doubles, of the type of a vector or a tuple of numbers."""
+    return kind.width if is_vec(kind) else len(kind)
+
+
+width_of = constant(_width)
+
+
 @intrinsic
 def load_at(typingctx, base, offset, width):
-    """Vector of `len(width)` doubles at an address; of the tuple `width` only the length matters."""
-    vec = VecType(len(width))
+    """Vector at an address, as wide as a vector or as the length of a tuple `width`, whose values do not matter."""
+    vec = VecType(_width(width))
 
     def codegen(context, builder, sig, args):
         pointers = addresses(builder, args[0], args[1], vec)
@@ -97,20 +107,23 @@ def load(array, width):
     return load_at(address(array), 0, width)
 
 
-@unrolled
+@question
+def _in_one_register(width):
+    """Whether a vector with as many doubles as a tuple has members is a single register."""
+    return len(VecType(len(width)).parts) == 1
+
+
+@static
 def load_product(array, width):
     """Load a `product` of vectors that `store` wrote to a contiguous array: the first pair, or the vector if a single
     register."""
-    if len(VecType(len(width)).parts) > 1:
-        return lambda array, width: load_at(address(array), 0, (0.0, 0.0))
-    return lambda array, width: load(array, width)
+    return load(array, width) if _in_one_register(width) else load_at(address(array), 0, (0.0, 0.0))
 
 
-@unrolled
+@inlined
 def row_at(base, i, pattern):
     """Vector number i of consecutive ones at an address, with the width of `pattern`."""
-    width, size = (0.0,) * pattern.width, pattern.width
-    return lambda base, i, pattern: load_at(base, i * size, width)
+    return load_at(base, i * width_of(pattern), pattern)
 
 
 @inlined
@@ -142,8 +155,17 @@ def of_two(make, doc=None):
     return apply
 
 
-def _overload_arithmetic(operation, name):
-    apply = of_two(lambda kind, builder, a, b: each(builder, kind, getattr(builder, name), a, b))
+def lanewise(operation):
+    """For `of_one` and `of_two`: an operation(builder, *registers) on all registers of vectors; numbers are broadcast."""
+
+    def make(kind, builder, *values):
+        return each(builder, kind, partial(operation, builder), *values)
+
+    return make
+
+
+def _overload_arithmetic(operation, instruction):
+    apply = of_two(lanewise(instruction))
 
     @overloaded(operation)
     def operate(a, b):
@@ -151,15 +173,15 @@ def _overload_arithmetic(operation, name):
             return lambda a, b: apply(a, b)
 
 
-_overload_arithmetic(operator.add, "fadd")
-_overload_arithmetic(operator.sub, "fsub")
-_overload_arithmetic(operator.truediv, "fdiv")
-_mul = of_two(lambda kind, builder, a, b: each(builder, kind, builder.fmul, a, b))
+_overload_arithmetic(operator.add, ir.IRBuilder.fadd)
+_overload_arithmetic(operator.sub, ir.IRBuilder.fsub)
+_overload_arithmetic(operator.truediv, ir.IRBuilder.fdiv)
+_mul = of_two(lanewise(ir.IRBuilder.fmul))
 
 
 @intrinsic
 def _scale(typingctx, s, a):
-    return emitted(a(s, a), lambda builder, *args: each(builder, a, builder.fmul, *args))
+    return emitted(a(s, a), partial(lanewise(ir.IRBuilder.fmul), a))
 
 
 @overloaded(operator.mul)
@@ -177,7 +199,7 @@ def fma(typingctx, s, a, b):
     def codegen(context, builder, sig, args):
         if not is_vec(b):
             return builder.fma(*args)
-        return each(builder, b, lambda x, y, z: fma_lanewise(builder, x, y, z), *args)
+        return each(builder, b, partial(fma_lanewise, builder), *args)
 
     return b(s, a, b), codegen
 
@@ -216,27 +238,19 @@ def weighted_sum(weights):
     return apply
 
 
-times_i = of_one(
-    lambda kind, builder, a: kind.turned(builder, a), "Vector times the imaginary unit: (y, z) -> (-z, y) in every pair."
-)
-swap = of_one(lambda kind, builder, a: kind.swapped(builder, a), "Components of every pair exchanged: (y, z) -> (z, y).")
-pair_sums = of_two(lambda kind, builder, a, b: kind.pair_sums(builder, a, b), "(y + z of a, y + z of b) in every pair.")
-alternate = of_two(lambda kind, builder, a, b: kind.alternated(builder, a, b), "(y of a, z of b) in every pair.")
-larger = of_two(
-    lambda kind, builder, a, b: each(builder, kind, partial(keep_larger, builder), a, b),
-    "Lane-wise maximum of two vectors of numbers >= 0; NaN where either is NaN.",
-)
-whole = of_one(
-    lambda kind, builder, a: each(builder, kind, lambda part: call_lanewise(builder, "llvm.rint", part), a),
-    "Lane-wise rounding to the nearest integer, halves to even.",
-)
+times_i = of_one(VecType.turned, "Vector times the imaginary unit: (y, z) -> (-z, y) in every pair.")
+swap = of_one(VecType.swapped, "Components of every pair exchanged: (y, z) -> (z, y).")
+pair_sums = of_two(VecType.pair_sums, "(y + z of a, y + z of b) in every pair.")
+alternate = of_two(VecType.alternated, "(y of a, z of b) in every pair.")
+larger = of_two(lanewise(keep_larger), "Lane-wise maximum of two vectors of numbers >= 0; NaN where either is NaN.")
+whole = of_one(lanewise(rounded), "Lane-wise rounding to the nearest integer, halves to even.")
 
 
 @intrinsic
 def fill(typingctx, y, z, pattern):
     """(y, z, y, z, ...) with the width of `pattern`."""
 
-    return emitted(pattern(types.float64, types.float64, pattern), lambda builder, *args: pattern.filled(builder, *args))
+    return emitted(pattern(types.float64, types.float64, pattern), pattern.filled)
 
 
 @intrinsic
@@ -254,7 +268,7 @@ def pair_sum(typingctx, a):
 def product(typingctx, a, b):
     """Lane-wise product of two vectors for `pair_sum`; if longer than one register, already summed to a pair."""
 
-    return emitted(a.product_type(a, b), lambda builder, *args: a.product(builder, *args)) if a == b else None
+    return emitted(a.product_type(a, b), a.product) if a == b else None
 
 
 @intrinsic
@@ -268,7 +282,7 @@ def largest(typingctx, a):
 def lane(typingctx, a, i):
     """Component i of a vector."""
 
-    return emitted(types.float64(a, types.intp), lambda builder, *args: a.get(builder, *args))
+    return emitted(types.float64(a, types.intp), a.get)
 
 
 @intrinsic
@@ -279,7 +293,7 @@ def spread(typingctx, number, pattern):
         known = getattr(args[0], "constant", 0.0)  # nonzero constants only: zero takes no instructions
         if known:
             return join(builder, pattern, [stored(builder, known, register(size)) for size in pattern.parts])
-        return each(builder, pattern, lambda part, *_: part, *args)
+        return join(builder, pattern, [splat(builder, args[0], size) for size in pattern.parts])
 
     return pattern(number, pattern), codegen
 
@@ -316,7 +330,7 @@ def bits(typingctx, number):
 def times_columns(typingctx, base, a):
     """Real matrix times a complex vector: (n, 2n) numbers at an address, column by column, every entry twice."""
 
-    return emitted(a(types.int64, a), lambda builder, *args: a.columns(builder, *args))
+    return emitted(a(types.int64, a), a.columns)
 
 
 @intrinsic

@@ -11,9 +11,8 @@ from rsc.analysis.alone.at_rest import static_deflection
 from rsc.analysis.alone.limits import acceptance_of
 from rsc.analysis.follow.branch import Branch
 from rsc.analysis.follow.branches import branches, set_branches
-from rsc.analysis.follow.forward_rub import mirror_share
 from rsc.analysis.follow.patience import Note, silent
-from rsc.analysis.paper.anisotropy import unbalance_ellipse
+from rsc.analysis.paper.anisotropy import rub_mirror_share, unbalance_ellipse
 from rsc.analysis.paper.predict import refuse_backwards
 from rsc.analysis.paper.receptance import coupled_frequencies, uncoupled_frequencies
 from rsc.analysis.paper.rolling import rolling_whirls
@@ -319,7 +318,7 @@ def _rub_amplitude(system: System, speed: float) -> float:
     its error is about the share of the mirror line.
     """
     rubs = forward_rub(system, TWO_PI * speed)
-    if not rubs or mirror_share(system, rubs[-1], TWO_PI * speed) > TOLERANCES[SYNCHRONOUS]:
+    if not rubs or rub_mirror_share(system, rubs[-1], TWO_PI * speed) > TOLERANCES[SYNCHRONOUS]:
         return np.nan
     return rubs[-1].amplitude
 
