@@ -238,8 +238,8 @@ class Scene(Brief):
         """
         drive = self.drive
         without = self if drive.inertia is None else replace(self, drive=Drive.along(drive.time, drive.speed))
-        if isinstance(self.rotor, ReducedRotor) and self.rotor.off_times:
-            without = replace(without, rotor=self.rotor.at_end)
+        if self.rotor.off_times:
+            without = replace(without, rotor=self.rotor.at_end, start=self.start.with_states(self.rotor.state_numbers(math.inf)))
         return without.with_values({"drive.speed": speed, "drive.duration": duration})
 
     def section(self, table: str) -> type:
@@ -510,9 +510,10 @@ def _refuse_free_slip(table: RawTable, contacts: tuple[Contact, ...]) -> None:
 
 def _refuse_off(table: RawTable, rotor: RotorModel) -> None:
     """SceneError for bearings that are switched off while a torque drives the rotor."""
-    if isinstance(rotor, ReducedRotor) and rotor.off_times:
+    if rotor.off_times:
         hint = "give drive.speed or drive.schedule instead of a torque"
-        table.refuse("bearings", None, "without off where a torque drives the rotor", hint)
+        key = "bearings" if isinstance(rotor, ReducedRotor) else "magnetic_bearings"
+        table.refuse(key, f"off = {rotor.off_times[0]:g}", "without off where a torque drives the rotor", hint)
 
 
 def _refuse_coarse_time(table: RawTable, drive: Drive, contact: Contact, rotor: RotorModel) -> None:

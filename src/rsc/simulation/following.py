@@ -20,20 +20,21 @@ def reference(system):
 
 
 def changes(system):
-    """Whether coefficients change during a run, with the speed or because bearings are switched off."""
-    return len(system.knot_speed) > 0 or len(system.switched) > 0
+    """Whether coefficients change during a run, with the speed or because bearings are switched off; magnetic bearings have their
+    own (`rsc.simulation.states`)."""
+    return len(system.knot_speed) > 0 or any(one.parts for one in system.switched)
 
 
 def corners(system):
     """(times in s, speeds in rad/s, interval indices or () with constant coefficients) of a schedule, including the knots it
     passes and the times at which bearings are switched off."""
     time, speed, knots = system.schedule_time, system.schedule_speed, system.knot_speed
-    if not changes(system):
-        return time, speed, ()
     offs = np.array([one.time for one in system.switched])
     if len(offs):
         own = np.union1d(time, offs)
         time, speed = own, np.interp(own, time, speed)
+    if not changes(system):
+        return time, speed, ()
     if system.drive is not None:  # it may pass every speed up to its fastest
         time, speed = np.array([0.0, 1.0]), np.array([0.0, system.drive.fastest])
     places = [(time[0], speed[0])]

@@ -216,7 +216,7 @@ def _packed(full, solver, sample_rate):
         stretch=stretch_length(h_max, float(system.schedule_time[-1])),
     )
     modes = rotor.rounded(), stator.rounded()
-    model, state_size = with_states(model, system, modes, gap, omega_ref)
+    model, state_size = with_states(model, full, modes, gap, max(omega_ref, np.sqrt(rotor_reference(full.at_start))))
     return Packed(model, *modes, method, state_size)
 
 

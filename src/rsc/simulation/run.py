@@ -262,7 +262,7 @@ class Run:
             **self._races(motion),
         }
         if self.packed.state_size.size:
-            states, p = self.packed.states(motion[:, :width]), self.system.rotor.n_states
+            states, p = self.packed.states(motion[:, :width]), self.system.at_start.rotor.n_states
             block["rotor_states"], block["stator_states"] = states[:, :p], states[:, p:]
         if self.scene.output.velocities:
             block["rotor_velocity"], block["stator_velocity"] = self.packed.physical(motion[:, width:])

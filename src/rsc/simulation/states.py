@@ -18,44 +18,65 @@ def stiffness_at(body, omega):
     return -body.state_force @ np.linalg.solve(states, body.state_displacement + 1j * omega * body.state_velocity)
 
 
-def with_states(model, system, modes, gap, omega):
-    """(the model with a coordinate for every state, (p,) what the kernel multiplies the states with).
+def with_states(model, full, modes, gap, omega):
+    """(the model with a coordinate for every state, (p,) what the kernel multiplies the states with). The states of bearings that
+    are switched off go on without a force on the rotor.
 
-    modes : `RealModes` of rotor and stator; gap in m and omega in rad/s: size and frequency of a typical motion
+    full : System; modes : `RealModes` of rotor and stator; gap in m and omega in rad/s: size and frequency of a typical motion
     """
-    bodies, n = system.bodies, model.stiffness.size // 2
+    bodies, n = full.at_start.bodies, model.stiffness.size // 2
     total = sum(body.n_states for body in bodies)
     if not total:
         return model, np.zeros(0)
-    shapes = (total, total), (total, n), (total, n), (n, total), (n, n)
-    matrix, sensed, moved, force, direct = (np.zeros(shape) for shape in shapes)
-    i = k = 0
-    for body, own in zip(bodies, modes, strict=True):
-        p, at = body.n_states, slice(i, i + body.n_coordinates)
-        if p:
-            z = slice(k, k + p)
-            matrix[z, z] = body.state_matrix
-            sensed[z, at], moved[z, at] = (part @ own.shape for part in (body.state_displacement, body.state_velocity))
-            force[at, z] = own.shape.T @ body.state_force / own.reference_mass
-            direct[at, at] = -own.shape.T @ body.state_stiffness @ own.shape / own.reference_mass
-        i, k = i + body.n_coordinates, k + p
+    matrix, sensed, moved = np.zeros((total, total)), np.zeros((total, n)), np.zeros((total, n))
+    for body, own, at, z in _places(bodies, modes):
+        matrix[z, z] = body.state_matrix
+        sensed[z, at], moved[z, at] = (part @ own.shape for part in (body.state_displacement, body.state_velocity))
     amplitude = _amplitudes(matrix, sensed, moved, omega) * gap
     size = SMALL * 2.0 ** np.round(np.log2(gap * omega / amplitude))
-    on_v, on_x = np.zeros((2, n + total, n + total))
-    on_v[n:, n:], on_v[n:, :n], on_v[:n, n:] = size[:, None] * matrix / size, size[:, None] * moved, force / size
-    on_x[n:, :n], on_x[:n, :n] = size[:, None] * sensed, direct
+    offs = [one.time for one in full.switched]
+    columns = np.zeros((len(offs) + 1, 2, n + total, n + total))
+    for i, (force, direct) in enumerate(_forces(full, modes, n, total)):
+        on_v, on_x = columns[i]
+        on_v[n:, n:], on_v[n:, :n], on_v[:n, n:] = size[:, None] * matrix / size, size[:, None] * moved, force / size
+        on_x[n:, :n], on_x[:n, :n] = size[:, None] * sensed, direct
     wide = widened(model, n + total)
     scale_x, scale_v, mark = wide.scale_x.copy(), wide.scale_v.copy(), np.zeros(2 * (n + total))
     mark[2 * n :] = 1.0
     scale_x[2 * n :], scale_v[2 * n :] = gap**2, ((amplitude * size) ** 2).repeat(2)
-    columns = np.array([part.T.repeat(2, axis=1) for part in (on_v, on_x)])
+    columns = columns.swapaxes(2, 3).repeat(2, axis=3)
     data = StateData(
-        columns=on_lines(columns.reshape(-1, columns.shape[-1])).reshape(1, *columns.shape),
-        interval=np.zeros(len(model.corner_time)),
+        columns=on_lines(columns.reshape(-1, columns.shape[-1])).reshape(columns.shape),
+        interval=np.searchsorted(offs, model.corner_time, side="right").astype(float),
         mark=mark,
         weight=wide.weight.copy(),
     )
     return wide._replace(scale_x=scale_x, scale_v=scale_v, states=data), size
+
+
+def _places(bodies, modes):
+    """(body, its modes, its coordinates, its states) of bodies with first-order states, among those of all bodies."""
+    i = k = 0
+    for body, own in zip(bodies, modes, strict=True):
+        if body.n_states:
+            yield body, own, slice(i, i + body.n_coordinates), slice(k, k + body.n_states)
+        i, k = i + body.n_coordinates, k + body.n_states
+
+
+def _forces(full, modes, n, total):
+    """(force of the states (n, total), direct force of the displacements (n, n)) per mass in modes: from the start, then after
+    each time at which bearings are switched off."""
+    states = full.at_start.rotor.n_states
+    left = [np.arange(states), *(one.left for one in full.switched)]
+    for numbers, time in zip(left, (-np.inf, *(one.time for one in full.switched)), strict=True):
+        force, direct = np.zeros((n, total)), np.zeros((n, n))
+        acting = np.concatenate([numbers, np.arange(states, total)])
+        whole = np.zeros((n, len(acting)))
+        for body, own, at, z in _places(full.at_time(time).bodies, modes):
+            whole[at, z] = own.shape.T @ body.state_force / own.reference_mass
+            direct[at, at] = -own.shape.T @ body.state_stiffness @ own.shape / own.reference_mass
+        force[:, acting] = whole
+        yield force, direct
 
 
 def _amplitudes(matrix, sensed, moved, omega):

@@ -66,13 +66,14 @@ def assemble(scene: SceneLike) -> System:
 
 
 def _switched(rotor: Any) -> tuple[SwitchedOff, ...]:
-    """The bearings of a reduced rotor that are switched off during a run."""
-    times = getattr(rotor, "off_times", None) or ()
-    made = []
+    """The bearings of a rotor that are switched off during a run."""
+    times, made = getattr(rotor, "off_times", None) or (), []
     for i, time in enumerate(times):
-        matrices = {name: getattr(rotor, f"{name}_until") for name in FOLLOWING}
+        matrices = {name: getattr(rotor, f"{name}_until", None) for name in FOLLOWING}
         own = {name: _symmetric(part[i]) for name, part in matrices.items() if part is not None}
-        made.append(SwitchedOff(time, {name: _frozen(part) for name, part in own.items() if part.any()}))
+        parts = {name: _frozen(part) for name, part in own.items() if part.any()}
+        states = {name: _frozen(part) for name, part in _states(rotor, time).items()}
+        made.append(SwitchedOff(time, parts, states, _frozen(rotor.state_numbers((*times[i + 1 :], np.inf)[0]))))
     return tuple(made)
 
 
@@ -135,7 +136,7 @@ def _body(body: Any, contact: Reals | None, imposed: Callable[..., dict[str, Any
     mass, stiffness = _symmetric(body.mass_matrix()), _symmetric(body.stiffness_matrix())
     explicit, turning = body.gyroscopic_matrix(), body.rotating_damping_matrix()
     gyroscopic = np.zeros_like(mass) if explicit is None else _symmetric(explicit)
-    states = _states(body)
+    states = _states(body, np.inf)
     magnetic = states.get("state_stiffness", 0.0)
     arrays = {
         "mass": mass,
@@ -151,9 +152,10 @@ def _body(body: Any, contact: Reals | None, imposed: Callable[..., dict[str, Any
     return Body(**{name: _frozen(array) for name, array in arrays.items()}, knots=_knots(body))
 
 
-def _states(body: Any) -> dict[str, Any]:
-    """First-order states of a body, by field name of `Body`; empty without any."""
-    own = body.first_order()
+def _states(body: Any, until: float) -> dict[str, Any]:
+    """First-order states of a body, without those of bearings that are switched off before a time in s, by field name of `Body`;
+    empty without any."""
+    own = body.first_order(until)
     return {} if own is None else {f"state_{name}": getattr(own, name) for name in own._fields}
 
 

@@ -246,6 +246,11 @@ class Body:
         without: dict[str, Any] = dict.fromkeys(STATES)
         return replace(self, **without) if self.n_states else self
 
+    def with_other_states(self, states: dict[str, Any]) -> "Body":
+        """The body with other first-order states, given by the names of `STATES`, and the stiffness that belongs to them."""
+        before = 0.0 if self.state_stiffness is None else self.state_stiffness
+        return replace(self, **states, stiffness=self.stiffness - before + states["state_stiffness"])
+
     def with_states(self) -> "Body":
         """The body with its first-order states as coordinates without mass behind its own, in the matrices of A and in `contact`:
         the equation of z is -Bz r - Bv r' + z' - Az z = 0. A body without states is returned unchanged."""

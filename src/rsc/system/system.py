@@ -71,23 +71,27 @@ class SystemClearance:
 
 @dataclass(frozen=True, eq=False)
 class SwitchedOff:
-    """Bearings of the rotor that are switched off at a time in s: what their matrices add to those of the rotor until then."""
+    """Bearings of the rotor that are switched off at a time in s: what their matrices add to those of the rotor until then, and
+    first-order states."""
 
     time: float
     parts: dict[str, NDArray[Any]]  # by the name of the Body's matrix
+    states: dict[str, NDArray[np.float64]]  # `STATES` of the rotor until then, all of them; empty without any
+    left: NDArray[np.intp]  # numbers, among the states at the start, of those that still act on the rotor afterwards
 
     def added_to(self, rotor: Body) -> Body:
         """The rotor with these bearings."""
-        constant = {name: getattr(rotor, name) for name in self.parts}
         sums: dict[str, Any] = {}
         for name, part in self.parts.items():
-            sums[name] = part if constant[name] is None else constant[name] + part
-        return replace(rotor, **sums)
+            constant = getattr(rotor, name)
+            sums[name] = part if constant is None else constant + part
+        with_parts = replace(rotor, **sums)
+        return with_parts.with_other_states(self.states) if self.states else with_parts
 
     def mirrored(self) -> "SwitchedOff":
         """The same in the mirror image z -> -z."""
         parts = {name: -part if name in SKEW else np.conj(part) for name, part in self.parts.items()}
-        return SwitchedOff(self.time, parts)
+        return replace(self, parts=parts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,7 +222,7 @@ class System:
     def at_time(self, time: float) -> "System":
         """The system with the bearings that are switched off later than a time in s, which then stay."""
         rotor = self.rotor
-        for one in self.switched:
+        for one in reversed(self.switched):  # each has all states until its time
             rotor = one.added_to(rotor) if one.time > time else rotor
         return replace(self, rotor=rotor, switched=()) if self.switched else self
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rsc.scene.bodies import by_speed
-from rsc.scene.bodies.states import matrices_of
+from rsc.scene.bodies.states import matrices_of, numbers_of
 from rsc.scene.keys import mirror
 from rsc.scene.keys.keys import (
     MAX_COORDINATES,
@@ -70,6 +70,7 @@ class BodyModel(ABC):
     supports_by_speed: Any = None
     states: Any = None
     magnetic_bearings: Any = None
+    off_times: Any = None  # s, at which bearings are switched off
 
     @property
     @abstractmethod
@@ -110,9 +111,19 @@ class BodyModel(ABC):
         of `rsc.system.knots.FOLLOWING`; None if only `supports_by_speed` depend on the speed."""
         return None
 
-    def first_order(self) -> Any:
-        """`rsc.scene.bodies.states.StateMatrices` of the first-order states; None without any."""
-        return matrices_of(self)
+    def first_order(self, until: float = 0.0) -> Any:
+        """`rsc.scene.bodies.states.StateMatrices` of the first-order states, without those of bearings that are switched off
+        before a time in s; None without any."""
+        return matrices_of(self, until)
+
+    def state_numbers(self, until: float) -> Any:
+        """The numbers that the states of `first_order(until)` have among all states."""
+        return numbers_of(self, until)
+
+    @property
+    def at_end(self) -> Any:
+        """The body without bearings that are switched off."""
+        return self
 
     @property
     def n_states(self) -> int:

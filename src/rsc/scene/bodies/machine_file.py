@@ -4,7 +4,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from rsc.errors import DataError, one_line
-from rsc.scene.bodies.reduced import AMOUNT, BEARINGS, OFF, MachineRotor, MachineStator
+from rsc.scene.bodies.off import off_time
+from rsc.scene.bodies.reduced import AMOUNT, BEARINGS, MachineRotor, MachineStator
 from rsc.scene.keys.keys import Number, PairReader, RawTable, as_list, per_coordinate, read_table
 from rsc.units import DIMENSIONS
 
@@ -117,18 +118,6 @@ def _with_bearings(table: RawTable, model: Any, raw: object) -> tuple[Any, tuple
 def switched_models(at: Callable[[float], Any], offs: Sequence[float | None]) -> tuple[tuple[float, Any], ...]:
     """(time, model until then) for each time at which bearings are switched off, given the function that makes the model."""
     return tuple((off, at(off)) for off in sorted({off for off in offs if off is not None}))
-
-
-def off_time(table: RawTable, key: str, raw: object) -> float | None:
-    """Read the time in s at which a bearing is switched off, which must lie within the run."""
-    if raw is None:
-        return None
-    if as_list(raw) is not None:
-        table.refuse(key, raw, "one time: a bearing is switched off once")
-    off: float = OFF.read(table, key, raw)
-    if table.duration and not off < table.duration:
-        table.refuse(key, raw, f"before the end of the run at {table.duration:g} s")
-    return off
 
 
 def _switched_off(table: RawTable, key: str, item: Mapping[str, Any]) -> tuple[list[Any], float | None]:

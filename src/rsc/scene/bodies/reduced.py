@@ -13,6 +13,7 @@ import numpy as np
 
 from rsc.scene.bodies.body_model import LOAD, MASS, BodyModel, RotorModel
 from rsc.scene.bodies.drawn import DrawnReader
+from rsc.scene.bodies.off import OFF
 from rsc.scene.files.matrix_files import MatrixReader, is_definite, refuse_asymmetric
 from rsc.scene.keys import mirror
 from rsc.scene.keys.keys import Flag, Integer, Keyed, Later, Listed, Number, PairReader, RawTable, Sequence, Text, declare
@@ -30,8 +31,6 @@ UNBALANCES = Later(
 )
 LOADS = Later("a list of [node, [f_y, f_z] in N]", (Sequence(Listed((NODE, PairReader("force")))),))
 
-
-OFF = Number("time", above=0.0)
 COEFFICIENTS = Sequence(Number("stiffness")), Sequence(Number("damping"))
 _SWITCHED = {"node": NODE, "stiffness": COEFFICIENTS[0], "damping": COEFFICIENTS[1], "off": OFF}
 BEARINGS = Later(

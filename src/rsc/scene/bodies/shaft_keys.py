@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 from rsc.machine.shaft.parts import Material
 from rsc.scene.bodies.body_model import RAYLEIGH
-from rsc.scene.bodies.reduced import COEFFICIENTS, OFF
+from rsc.scene.bodies.off import OFF, OFF_MEANING
+from rsc.scene.bodies.reduced import COEFFICIENTS
 from rsc.scene.keys.keys import (
     OPTIONAL,
     Choice,
@@ -103,7 +104,7 @@ class BearingKeys:
     )
     tilt_stiffness: float = declare(Number("tilt stiffness", low=0.0), 0.0, meaning="Tilt stiffness.")
     tilt_damping: float = declare(Number("tilt damping", low=0.0), 0.0, meaning="Tilt damping.")
-    off: float | None = declare(OFF, None, meaning="Time at which it is switched off, for the drop of a rotor.")
+    off: float | None = declare(OFF, None, meaning=OFF_MEANING)
 
     one_of = ((("stiffness", "table"), OPTIONAL), (("damping", "table"), OPTIONAL))
 

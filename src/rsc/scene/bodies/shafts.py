@@ -11,7 +11,8 @@ from rsc.errors import DataError, shown
 from rsc.machine.model.contact import Unbalance
 from rsc.machine.shaft.parts import SAME_PLACE, Disk, Material, Section, Shaft, Support, disk_inertias
 from rsc.scene.bodies.bearing_table import read_bearing_table
-from rsc.scene.bodies.machine_file import Machine, amount_at, coefficients_of, off_time, switched_models
+from rsc.scene.bodies.machine_file import Machine, amount_at, coefficients_of, switched_models
+from rsc.scene.bodies.off import off_time
 from rsc.scene.bodies.shaft_keys import MATERIAL, MATERIALS, PLACE, MaterialKeys, ShaftRotor, ShaftStator, UnbalanceKeys
 from rsc.scene.keys.keys import Number, RawTable, as_list, per_coordinate, read_table
 from rsc.scene.keys.nested import Item, Tables
@@ -237,8 +238,6 @@ def _refuse_overlap(values: Any, shaft: Shaft) -> None:
 def _off(item: Item) -> float | None:
     """The time in s at which a bearing is switched off; None for one that stays."""
     off = off_time(item.table, "off", item.values["off"])
-    if off is not None and item.table.name.startswith("stator"):
-        item.table.refuse("off", item.values["off"], "left out: only bearings of the rotor can be switched off")
     if off is not None and item.values["table"] is not None:
         item.table.refuse("off", item.values["off"], "left out with table: coefficients that follow the speed stay")
     return off

@@ -1,13 +1,14 @@
 """First-order states of a body: `states`, matrices of any kind, and `magnetic_bearings`, the commonest of them."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from rsc.scene.bodies.off import OFF, OFF_MEANING, off_time
 from rsc.scene.keys.keys import MAX_COORDINATES, Integer, Later, Listed, Number, RawTable, Sequence, as_list, declare
 from rsc.scene.keys.nested import Inner
 
@@ -41,6 +42,7 @@ class MagneticBearing:
         Number("rate", above=0.0), None, meaning="Corner nf of the filter of the derivative; required with a derivative."
     )
     amplifier: float = declare(Number("frequency", above=0.0), meaning="Corner frequency w_a/2 pi of amplifier and coil.")
+    off: float | None = declare(OFF, None, meaning=OFF_MEANING)
 
 
 class StateMatrices(NamedTuple):
@@ -55,7 +57,7 @@ class StateMatrices(NamedTuple):
 
 STATES = Inner(States)
 STATES_MEANING = "First-order states: controllers, lags, viscoelastic supports (below)."
-_NUMBERS = "negative_stiffness, proportional, integral, derivative, derivative_filter, amplifier"
+_NUMBERS = "negative_stiffness, proportional, integral, derivative, derivative_filter, amplifier, off"
 BEARINGS = Later(
     f"a list of [coordinate, {{{_NUMBERS}}}]", (Sequence(Listed((Integer(0, MAX_COORDINATES), Inner(MagneticBearing)))),)
 )
@@ -68,6 +70,17 @@ class HasStates:
 
     states: States | None = declare(STATES, None, meaning=STATES_MEANING)  # noqa: RUF009 (it is a field)
     magnetic_bearings: tuple | None = declare(BEARINGS, None, meaning=BEARINGS_MEANING)
+
+    @property
+    def off_times(self) -> tuple[float, ...] | None:
+        """Times in s at which magnetic bearings are switched off, increasing; None if all stay."""
+        return tuple(sorted({bearing.off for _, bearing in self.magnetic_bearings or () if bearing.off is not None})) or None
+
+    @property
+    def at_end(self) -> Any:
+        """The body without the magnetic bearings that are switched off."""
+        staying = tuple(item for item in self.magnetic_bearings or () if item[1].off is None)
+        return replace(self, magnetic_bearings=staying or None)
 
 
 def read_states(table: RawTable, values: Any, body: Any) -> None:
@@ -129,21 +142,33 @@ def _bearing(table: RawTable, key: str, item: Any, body: Any) -> tuple[int, Magn
     bearing: MagneticBearing = Inner(MagneticBearing).read(table, key, parts[1])
     if bearing.derivative and bearing.derivative_filter is None:
         table.refuse(f"{key}.derivative_filter", None, "given with a derivative", "an exact derivative cannot be built")
+    off_time(table, f"{key}.off", bearing.off)
     return place, bearing
 
 
-def matrices_of(body: Any) -> StateMatrices | None:
+def matrices_of(body: Any, until: float = 0.0) -> StateMatrices | None:
     """The first-order states of a body: those of `states`, then of every magnetic bearing a, q (if K_d, K_i are not 0) and u;
-    None without."""
-    n, states = body.n_coordinates, body.states
-    parts = [] if states is None else [_of_states(states, n)]
-    parts += [_of_bearing(bearing, place, n) for place, bearing in body.magnetic_bearings or ()]
+    None without. until: without bearings that are switched off before this time in s."""
+    parts = [made for made, off in _parts(body) if off is None or off >= until]
     if not parts:
         return None
     matrix, displacement, velocity, force, stiffness = zip(*parts, strict=True)
     return StateMatrices(
         scipy.linalg.block_diag(*matrix), np.vstack(displacement), np.vstack(velocity), np.hstack(force), sum(stiffness)
     )
+
+
+def numbers_of(body: Any, until: float) -> NDArray[np.intp]:
+    """The numbers that the states of `matrices_of(body, until)` have among all states of the body."""
+    staying = [np.full(len(made.matrix), off is None or off >= until) for made, off in _parts(body)]
+    return np.flatnonzero(np.concatenate([np.zeros(0, bool), *staying]))
+
+
+def _parts(body: Any) -> list[tuple[StateMatrices, float | None]]:
+    """The first-order states of every part of a body, each with the time at which it is switched off."""
+    n, states = body.n_coordinates, body.states
+    parts: list[tuple[StateMatrices, float | None]] = [] if states is None else [(_of_states(states, n), None)]
+    return parts + [(_of_bearing(bearing, place, n), bearing.off) for place, bearing in body.magnetic_bearings or ()]
 
 
 def _of_states(states: States, n: int) -> StateMatrices:

@@ -100,6 +100,10 @@ class Start:
             self, rest=None, centre=None, running=None, whirl=frequency, impulse=0j, allow_penetration=True
         )
 
+    def with_states(self, numbers: Sequence[int]) -> "Start":
+        """The start of a rotor with only some of its first-order states, given by their numbers."""
+        return replace(self, rotor_states=tuple(self.rotor_states[i] for i in numbers))
+
     def to_dict(self) -> dict[str, Any]:
         """Plain content of the table."""
         content: dict[str, Any] = plain_section(self)
