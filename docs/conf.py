@@ -70,6 +70,7 @@ def _display(self, node):
 
 
 SECTION = re.compile(r"^## (.+)\n\n\[`(\w+)\.py`\].*?\n\n!\[(.+)\]\(", re.MULTILINE)
+ARCHIVE = '<p><a href="../notebooks.zip" download>All notebooks with the data they read</a></p>'
 CARD = '<a href="#{anchor}"><img src="../_images/gallery_{name}.png" alt="{alt}" loading="lazy"><span>{title}</span></a>'
 
 
@@ -81,7 +82,7 @@ def _gallery(app, page, source):
         CARD.format(anchor="-".join(re.findall(r"\w+", title.lower())), name=name, alt=alt, title=title)
         for title, name, alt in SECTION.findall(source[0])
     ]
-    grid = "```{raw} html\n<div class=\"cards\">\n" + "\n".join(cards) + "\n</div>\n```\n\n"
+    grid = "```{raw} html\n<div class=\"cards\">\n" + "\n".join(cards) + f"\n</div>\n{ARCHIVE}\n```\n\n"
     intro, heading, sections = source[0].partition("## ")
     link = r'\g<0> (<a href="../notebooks/\2.ipynb" download>notebook</a>)'
     sections = re.sub(r"^(\[`(\w+)\.py`\]\([^)]+\))", link, sections, flags=re.MULTILINE)
