@@ -11,7 +11,7 @@ import latex2mathml.converter
 import rsc  # noqa: F401 (a site without the package would lack its reference)
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tools"))
-import notebooks  # noqa: E402
+import notebooks
 
 project = "rsc"
 author = "the rsc developers"
