@@ -59,6 +59,7 @@ nightly: $(STAMP)
 	$(BIN)/python tools/bounds.py
 	$(BIN)/python tools/covered.py
 	$(BIN)/python tools/tiny_cases.py
+	$(BIN)/python tools/notebooks.py --run
 	$(BIN)/python tools/seeded_bugs.py --jobs 2
 
 # before a version is cut: short tests, documents, version and date, two builds with equal bytes, the wheel in a new environment

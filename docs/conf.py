@@ -1,11 +1,17 @@
 """Sphinx: the site of rsc from docs/ and the docstrings (`make docs`)."""
 
 import re
+import shutil
+import sys
+from pathlib import Path
 
 import docutils.nodes
 import latex2mathml.converter
 
 import rsc  # noqa: F401 (a site without the package would lack its reference)
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tools"))
+import notebooks
 
 project = "rsc"
 author = "the rsc developers"
@@ -63,7 +69,36 @@ def _display(self, node):
     raise docutils.nodes.SkipNode
 
 
+SECTION = re.compile(r"^## (.+)\n\n\[`(\w+)\.py`\].*?\n\n!\[(.+)\]\(", re.MULTILINE)
+ARCHIVE = '<p><a href="../notebooks.zip" download>All notebooks with the data they read</a></p>'
+CARD = '<a href="#{anchor}"><img src="../_images/gallery_{name}.png" alt="{alt}" loading="lazy"><span>{title}</span></a>'
+
+
+def _gallery(app, page, source):
+    """Of the gallery: thumbnails that lead to the sections, before the first, and notebooks beside the scripts."""
+    if page != "users/gallery":
+        return
+    cards = [
+        CARD.format(anchor="-".join(re.findall(r"\w+", title.lower())), name=name, alt=alt, title=title)
+        for title, name, alt in SECTION.findall(source[0])
+    ]
+    grid = "```{raw} html\n<div class=\"cards\">\n" + "\n".join(cards) + f"\n</div>\n{ARCHIVE}\n```\n\n"
+    intro, heading, sections = source[0].partition("## ")
+    link = r'\g<0> (<a href="../notebooks/\2.ipynb" download>notebook</a>)'
+    sections = re.sub(r"^(\[`(\w+)\.py`\]\([^)]+\))", link, sections, flags=re.MULTILINE)
+    source[0] = intro + grid + heading + sections
+
+
+def _notebooks(app):
+    """Those of the gallery and the data they read, and all in one archive."""
+    folder = Path(app.outdir) / "notebooks"
+    notebooks.write(folder)
+    shutil.make_archive(str(folder), "zip", folder)
+
+
 def setup(app):
     """Connect what is not in an extension."""
     app.add_html_math_renderer("mathml", (_inline, None), (_display, None))
+    app.connect("source-read", _gallery)
+    app.connect("builder-inited", _notebooks)
     app.connect("autodoc-process-docstring", _for_the_page, priority=400)  # before napoleon

@@ -51,3 +51,4 @@ last = report.stretches.tail(2.0)
 told = f"{last.turning:.1f} Hz, peaks of {last.force_max:.0f} N, in contact for {last.share:.0%} of the time"
 print(f"simulated: {report.features.kind[-1]}, {told}")
 report.save_html("bouncing.html")
+report.plot("orbit").figure.savefig("bouncing.png")

@@ -58,3 +58,4 @@ print(f"run-up: {told['whirl']}")
 begin = report.result.time[report.result.normal_force > 0.0][0]
 print(f"run-up: {told['clearances']}; the wear ring rubs from {begin:.2f} s on")
 report.save_html("clearances.html")
+report.plot("campbell").figure.savefig("clearances.png")

@@ -51,3 +51,4 @@ print(f"with the motor: {run.speed[run.time < PUMP.drive.trip][-1]:.2f} Hz at th
 slow, end = (time - PUMP.drive.trip for time in (run.time[run.speed > 1.0][-1], run.summary.end_time))
 print(f"after the trip: below 1 Hz in {slow:.1f} s, {run.status} in {end:.1f} s; {-run.ledger.friction_in:.0f} J of heat in all")
 report.save_html("coast_down.html")
+report.plot("campbell").figure.savefig("coast_down.png")

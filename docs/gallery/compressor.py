@@ -42,4 +42,6 @@ i = int(listed.stable.argmax())
 for j in sorted(range(len(guessed)), key=lambda j: -abs(listed.normal_force[j, i])):
     print(f"1 % of {guessed[j]} changes its force by {listed.normal_force[j, i] / force:+.2f} %")
 
-rsc.check(scene).save_html("compressor.html")
+report = rsc.check(scene)
+report.save_html("compressor.html")
+report.plot("campbell").figure.savefig("compressor.png")

@@ -4,11 +4,9 @@ Friction is the number that nobody knows. A sweep asks the same of a grid of cas
 starts with an impact of 3 N s. Yellow is no safe colour: a whirl exists there, and a harder impact may start it.
 """
 
-from pathlib import Path
+import rsc
 
-from rsc.cli import main
-
-Path("pump.toml").write_text("""\
+PUMP = rsc.Scene.from_toml("""
 title = "Pump rotor, after an impact of 3 N s"
 rotor = {model = "laval", mass = "12 kg", frequency = "2600 rpm", damping_ratio = 0.02, eccentricity = "0.02 mm"}
 stator = {model = "laval", mass = "3 kg", frequency = "160 Hz", damping_ratio = 0.1}
@@ -17,6 +15,10 @@ drive = {speed = "50 Hz", duration = "2 s"}
 start = {running = true, impulse = ["3 N s", 0]}
 """)
 
-varied = ["--vary", "contact.friction=0.05:0.4:15", "--vary", "drive.speed=20:60:17"]
-main(["sweep", "pump.toml", *varied, "--compute", "predict,run", "-o", "danger_map"])
-main(["report", "danger_map/sweep.nc", "-o", "danger_map"])
+varied = {"contact.friction": "0.05:0.4:15", "drive.speed": "20:60:17"}
+data = rsc.sweep(PUMP, varied, ["predict", "run"], path="danger_map")
+print(f"{data.status.size} cases: {(data.status == 'finished').sum():d} finished, {(data.status == 'impossible').sum():d} impossible")
+for code, words in (flag.split(" ", 1) for flag in data.danger.attrs["flags"].split("; ")):
+    if count := int((data.danger == int(code)).sum()):
+        print(f"{words}: {count} cases")
+rsc.plot_sweep(data, "danger").figure.savefig("danger_map.png")

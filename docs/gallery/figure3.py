@@ -20,4 +20,4 @@ for change in report.transitions:
     print(f"whirl {change.before} to {change.after} at {change.taken_over:.1f} Hz of rotor speed: {change.verdict}")
 print(report.agreement)
 report.save_html("figure3.html")
-report.plot("campbell").figure.savefig("figure3.pdf")
+report.plot("campbell").figure.savefig("figure3.png")

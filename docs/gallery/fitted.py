@@ -39,3 +39,4 @@ for value, truth in zip(fit.values, (0.2, 2.5e-4, 5e7, casing), strict=True):
 report = rsc.compare(fit.scene, measured)
 print(f"the scene as fitted: {report.agreement}")
 report.save_html("fitted.html")
+report.plot("amplitude").figure.savefig("fitted.png")

@@ -29,3 +29,4 @@ for root in doubtful.nearest:
 report = rsc.compare(PUMP, measured)
 print(f"with a friction of 0.2: {report.agreement}")
 report.save_html("measured.html")
+report.plot("campbell").figure.savefig("measured.png")

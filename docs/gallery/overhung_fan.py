@@ -5,8 +5,6 @@ slide would call this fan safe; `rsc.motions` simulates from everything predicte
 """
 
 import rsc
-from rsc.show.pictures.maps import plot_starts
-from rsc.show.pictures.plots import save
 
 FAN = rsc.Scene.from_toml("""
 title = "Overhung fan"
@@ -50,4 +48,4 @@ for motion in listed.motions:
     size = f"{motion.force_max / 1e3:.0f} kN and {motion.power / 1e3:.0f} kW"
     print(f"lasts: {motion.motion}, up to {size}, {motion.share:.0%} of impacts")
 print(f"with 95 % confidence any one other motion is started by fewer than {listed.excluded:.0%} of impacts")
-save(plot_starts(listed, title=FAN.title), "overhung_fan.png")
+listed.plot().figure.savefig("overhung_fan.png")

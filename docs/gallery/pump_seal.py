@@ -51,3 +51,4 @@ for name, report in reports.items():
     stable = [f"{w.frequency:.1f} Hz, {w.normal_force:.0f} N" for w in rsc.predict(report.result.scene, speed) if w.stable]
     print(f"{name}: predicted to be stable: {', '.join(stable) or 'no whirl'}; the impact ends in {report.features.kind[-1]}")
 reports["dry"].save_html("pump_seal.html")
+reports["dry"].plot("campbell").figure.savefig("pump_seal.png")

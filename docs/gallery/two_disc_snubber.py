@@ -43,3 +43,4 @@ for name, report in (("up", up), ("down", down)):
     force = report.stretches.whole().force_max
     print(f"{name}: in contact from {min(touching):.1f} to {max(touching):.1f} Hz, up to {force:.0f} N")
 up.save_html("two_disc_snubber.html", others=[down])
+up.plot("amplitude", others=[down]).figure.savefig("two_disc_snubber.png")

@@ -61,3 +61,4 @@ for name, course in report.contacts.items():
 last = [row for row in report.rows if row.quantity == FREQUENCY][-1]
 print(f"whirl in the end: {last.simulated:.2f} Hz, predicted {last.predicted:.2f} Hz: {last.verdict}")
 report.save_html("two_seals.html")
+report.plot("force").figure.savefig("two_seals.png")

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rsc.measured.virtual import write_measured
     from rsc.results.trajectory import Trajectory, load
     from rsc.scene.scene import Scene, load_scene
+    from rsc.show.sweeps.plot import plot_sweep
     from rsc.study.equations.benchmark import Benchmark, benchmark
     from rsc.study.equations.equations import Equations, equations
     from rsc.study.explore.server import Explorer, explore
@@ -77,6 +78,7 @@ __all__ = [
     "load_scene",
     "modes",
     "motions",
+    "plot_sweep",
     "predict",
     "predict_many",
     "read_measured",
@@ -112,6 +114,7 @@ _HOMES = {
     "rsc.measured.virtual": ("write_measured",),
     "rsc.results.trajectory": ("Trajectory", "load"),
     "rsc.scene.scene": ("Scene", "load_scene"),
+    "rsc.show.sweeps.plot": ("plot_sweep",),
     "rsc.study.report.check": ("check",),
     "rsc.study.report.compare": ("compare",),
     "rsc.study.run.ensemble": ("simulate_many",),

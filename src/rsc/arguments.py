@@ -108,6 +108,10 @@ TEXTS = ArgumentKind(
     lambda value: isinstance(value, str) or (isinstance(value, (list, tuple)) and all(isinstance(text, str) for text in value)),
 )
 FUNCTION = ArgumentKind("a function", callable)
+AXES = ArgumentKind("axes of matplotlib", _has("set_xlabel", "get_legend_handles_labels"))
+DATASET = ArgumentKind(
+    "an xarray.Dataset of rsc.sweep", lambda value: _has("coords", "data_vars", "sizes")(value) and "computed" in value.attrs
+)
 
 
 def optional(kind: ArgumentKind) -> ArgumentKind:

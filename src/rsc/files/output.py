@@ -20,6 +20,7 @@ from rsc.operating_system import Folder, prove_writable, refuse_in_use
 FOREIGN = "this rsc did not write that file, or it was changed since"
 FORCED = "choose another name, or replace it with --force (Python: overwrite=True)"
 LONGEST_BESIDE = 512  # bytes
+OF_FILES = (".png", ".gif", ".pdf", ".svg", ".html", ".h5", ".nc", ".json", ".toml", ".csv")  # what no new folder is called
 
 
 class OutputFile(NamedTuple):
@@ -164,12 +165,19 @@ def _failing(path: Path) -> Iterator[None]:
         raise DataError(one_line(path), f"cannot be written ({unusable(error)})") from None
 
 
+def refuse_name_of_file(path: Path) -> None:
+    """DataError for a new folder with the name of a file, such as map.png: several files are written into it."""
+    if path.suffix.lower() in OF_FILES and not os.path.lexists(path):
+        raise DataError(one_line(path), f"must be a folder, into which files are written: leave {path.suffix} out")
+
+
 def folder(path: str | os.PathLike[str]) -> Path:
     """The folder, created if missing and tested to be writable before anything is computed; DataError otherwise."""
     if not os.fspath(path):
         raise DataError("''", "cannot be written (it is not the name of a folder)")
     path = Path(path)
     try:
+        refuse_name_of_file(path)
         path.mkdir(parents=True, exist_ok=True)
         prove_writable(path)
         return path

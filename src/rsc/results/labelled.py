@@ -99,6 +99,20 @@ class Labelled:
         put_attributes(file.attrs, head)
 
 
+def of_xarray(data: "xarray.Dataset") -> Labelled:
+    """The arrays of a dataset that `to_xarray` made, also after a file of it, or of a part of it."""
+    def variables(own: Any) -> dict[str, Variable]:
+        return {str(name): (each.dims, _plain(each.values), each.attrs) for name, each in own.items()}
+
+    dims = {str(name): int(length) for name, length in data.sizes.items()}
+    return Labelled(dims, variables(data.coords), variables(data.data_vars), dict(data.attrs))
+
+
+def _plain(values: NDArray[Any]) -> NDArray[Any]:
+    """Texts, which xarray reads from a file as objects, as an array of text."""
+    return values.astype(str) if values.dtype.kind == "O" else values
+
+
 def as_str(values: NDArray[Any]) -> NDArray[Any]:
     """Texts as str; other arrays as they are."""
     return np.strings.decode(values, "utf-8", "replace") if values.dtype.kind == "S" else values

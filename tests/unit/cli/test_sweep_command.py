@@ -120,7 +120,7 @@ def test_the_scene_of_a_case_can_be_printed_and_run(capsys):
         (["laval.toml", *GRID, "--threads", "-1"], 2, "threads = -1: must be"),
         (["laval.toml", *GRID, "--scheduler", "no scheduler"], 2, "no dask scheduler answers"),
         (["laval.toml", *GRID, "-o", "laval.toml"], 4, "must be a new or an empty folder"),
-        (["laval.toml", *GRID, "-o", "map.nc"], 4, "map.nc: must be a folder: sweep.nc is written into it; leave .nc out"),
+        (["laval.toml", *GRID, "-o", "map.nc"], 4, "map.nc: must be a folder, into which files are written: leave .nc out"),
         (["plan", "laval.toml", *GRID, "-o", "map.h5"], 4, "must be a folder"),
         (["laval.toml", *GRID, "-o", "."], 4, "must be a new or an empty folder"),
         (["laval.toml", *GRID, "--resume", "-o", "none"], 4, "holds no sweep to resume"),

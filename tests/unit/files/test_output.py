@@ -126,3 +126,12 @@ def test_a_folder_is_proved_writable_without_touching_what_is_in_it(tmp_path):
     for name in ("", "a\0b", "/dev/null", tmp_path / ".rsc-probe"):
         with pytest.raises(DataError):
             folder(name)
+
+
+@pytest.mark.parametrize("name", ["map.png", "page.HTML", "run.h5"])
+def test_no_folder_is_made_with_the_name_of_a_file(name, tmp_path):
+    with pytest.raises(DataError, match="must be a folder"):
+        folder(tmp_path / name)
+    assert not (tmp_path / name).exists()
+    (tmp_path / name).mkdir()
+    assert folder(tmp_path / name).is_dir()  # the user's

@@ -63,7 +63,8 @@ def test_every_kind_of_motion_has_a_colour_and_two_are_left_for_whirls_told_apar
 
 def test_classes_stand_where_they_belong_and_their_shares_are_told():
     x, y = Side(np.array([1.0, 10.0, 100.0]), "speed in Hz"), Side(np.array([0.1, 0.2]), "friction")
-    figure = maps.plot_classes(x, y, [[0, 1, 2], [-1, 1, 1]], ["a", "b", "c"], maps.DANGER_COLOURS, title="cost: $5")
+    legend = list(zip("abc", maps.DANGER_COLOURS, strict=False))
+    figure = maps.plot_classes(x, y, [[0, 1, 2], [-1, 1, 1]], legend, title="cost: $5")
     assert cells_of(figure, 100.0, 0.1) == 2 and np.ma.is_masked(cells_of(figure, 1.0, 0.2))
     assert legend_of(figure) == ["a (17 %)", "b (50 %)", "c (17 %)", "no value (17 %)"]
     axes = figure.axes[0]

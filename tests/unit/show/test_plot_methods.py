@@ -133,3 +133,51 @@ def test_reprs_fit_a_terminal(report, listed):
         text = repr(value)
         assert text.count("\n") < 5 and len(text) <= 520 and type(value).__name__ in text, text
     assert "finished at 0.5 s" in repr(report.result) and "float64" in repr(fall)
+
+
+@pytest.fixture(scope="module")
+def grid():
+    return rsc.sweep(SCENE, {"contact.friction": "0.05:0.3:4", "drive.speed": "40:60:3"}, ["predict", "mu_min"])
+
+
+def test_a_map_of_a_sweep_is_that_of_the_command(grid, ax, tmp_path):
+    """The cells of the axes are those of the file's picture; also of a dataset that went through a file."""
+    import xarray
+
+    from rsc.show.sweeps.pictures import pictures
+    from rsc.study.sweep.plan import make_plan
+    from rsc.study.sweep.sweep import computed
+
+    varied = rsc.cases(SCENE, {"contact.friction": "0.05:0.3:4", "drive.speed": "40:60:3"})
+    kept = computed(make_plan(SCENE, varied, "predict"), None)
+    kept.save(tmp_path / "sweep.nc")
+    drawn = pictures(kept)["force_predicted"].axes[0]
+    with xarray.open_dataset(tmp_path / "sweep.nc") as data:
+        assert rsc.plot_sweep(data, "force_predicted", ax) is ax
+    cells, expected = (each.collections[0].get_array().filled(-1.0) for each in (ax, drawn))
+    assert np.array_equal(cells, expected) and expected.max() > 100.0
+    assert (ax.get_xlabel(), ax.get_ylabel()) == (drawn.get_xlabel(), drawn.get_ylabel())
+    assert rsc.plot_sweep(grid).get_legend().get_texts()[0].get_text().startswith(("no whirl", "a whirl"))
+
+
+def test_quantities_over_one_key_stand_alone(grid, ax):
+    part = grid.sel({"drive.speed": 50.0})
+    rsc.plot_sweep(part, "normal_force", ax)
+    forces = part.normal_force.values[part.stable.values & part.admissible.values & (part.frequency.values < 0.0)]
+    shown = np.concatenate([line.get_ydata() for line in ax.lines if line.get_markerfacecolor() != "white"])
+    assert np.nanmax(shown) == pytest.approx(forces.max(), rel=1e-6) and "normal force" in ax.get_ylabel()
+
+
+def test_what_a_sweep_does_not_have_is_refused_with_what_it_has(grid, ax):
+    with pytest.raises(rsc.SceneError, match=r"one of danger, .*force_predicted"):
+        rsc.plot_sweep(grid, "verdict", ax)
+    with pytest.raises(rsc.SceneError, match="2 values or more"):
+        rsc.plot_sweep(grid.isel({"drive.speed": 0, "contact.friction": 0}), ax=ax)
+    with pytest.raises(rsc.SceneError, match="Dataset of"):
+        rsc.plot_sweep(grid.assign_attrs(computed="predict").drop_attrs(), ax=ax)
+
+
+def test_the_amplitudes_of_another_run_stand_beside(ax):
+    up, down = (rsc.check(SCENE.with_values({"drive.speed": speeds})) for speeds in ([40.0, 60.0], [60.0, 40.0]))
+    alone, both = up.plot("amplitude", Figure().subplots()), up.plot("amplitude", ax, others=[down])
+    assert len(both.lines) > len(alone.lines)

@@ -36,7 +36,7 @@ def drawn(folder):
     x, y = Side(np.array([1.0, 10.0, 100.0]), "speed in Hz"), Side(np.array([0.1, 0.2]), "friction $\\mu$")
     values = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, np.nan]])
     panels = [Panel("force", "N", [Curve("a", values[0], "line"), Curve("b $x$", values[1], "dots")])]
-    how = {"words": [str(kind) for kind in Kind], "colours": maps.CLASS_COLOURS, "title": TITLE}
+    how = {"legend": list(zip(map(str, Kind), maps.CLASS_COLOURS, strict=False)), "title": TITLE}
     figures = {
         "values": lambda: maps.plot_values(x, y, values, quantity="amplitude", unit="m", title=TITLE),
         "classes": lambda: maps.plot_classes(x, y, np.array([[0, 1, 2], [3, -1, 5]]), **how),

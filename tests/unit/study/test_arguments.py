@@ -67,6 +67,7 @@ def right(tmp_path_factory):
         rsc.simulate_many: {"scenes": [SCENE, SCENE]},
         rsc.cases: {"scene": SCENE, "vary": {"contact.friction": [0.1, 0.2]}},
         rsc.sweep: {"scene": SCENE, "vary": {"contact.friction": [0.1]}, "compute": "mu_min"},
+        rsc.plot_sweep: {"data": rsc.sweep(SCENE, {"contact.friction": [0.1, 0.2]})},
         rsc.smallest_impulse: {"scene": SCENE.with_values({"drive.speed": speed}), "directions": 1, "largest": 0.01},
         rsc.motions: {"scene": SCENE, "speed": speed, "starts": 1, "largest": 0.01},
         rsc.equations: {"scene": SCENE},

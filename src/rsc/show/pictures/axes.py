@@ -29,19 +29,20 @@ def as_text(title):
     return title.replace("$", r"\$")
 
 
-def finish(figure, axes, title):
-    """Title, and a legend below the axes where it can hide nothing."""
+def finish(owner, axes, title):
+    """Title, and a legend below the figure or the axes, where it can hide nothing."""
     axes.set_title(as_text(title), pad=8, wrap=True)  # long titles break at the edges of the figure
     handles, labels = axes.get_legend_handles_labels()
     if handles:
-        legend_below(figure, handles, labels)
+        legend_below(owner, handles, labels)
 
 
-def legend_below(figure, handles, labels):
-    """A legend below everything, of as many columns up to three as its longest label leaves room for."""
-    room = CHARACTERS * figure.get_figwidth() / (max(map(len, labels)) + 8)
+def legend_below(owner, handles, labels):
+    """A legend below a figure or below axes, of as many columns up to three as its longest label leaves room for."""
+    room = CHARACTERS * owner.figure.get_figwidth() / (max(map(len, labels)) + 8)
     columns = max(1, min(3, len(labels), int(room)))
-    figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=9, frameon=False)
+    place = {"loc": "outside lower center"} if owner is owner.figure else {"loc": "upper center", "bbox_to_anchor": (0.5, -0.13)}
+    owner.legend(handles, labels, ncols=columns, fontsize=9, frameon=False, **place)
 
 
 def cell_edges(centres):

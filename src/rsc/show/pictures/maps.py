@@ -80,30 +80,31 @@ class Side:
 
 @default_settings()
 def plot_classes(
-    x: Side, y: Side, classes: ArrayLike, words: Sequence[str], colours: Sequence[str], *, title: str,
-    lines: Sequence[tuple[str, ArrayLike, ArrayLike]] = (), marked: tuple[str, ArrayLike] | None = None,
+    x: Side, y: Side, classes: ArrayLike, legend: Sequence[tuple[str, str]], *, title: str,
+    lines: Sequence[tuple[str, ArrayLike, ArrayLike]] = (), marked: tuple[str, ArrayLike] | None = None, axes: Axes | None = None,
 ) -> Figure:  # fmt: skip
     """A map of classes.
 
     Parameters
     ----------
     x, y : Side
-    classes : (n_y, n_x) int, numbers of `words`; negative where there is none
-    words, colours : sequences of str, of every class
+    classes : (n_y, n_x) int, places in `legend`; negative where there is none
+    legend : sequence of (word, colour), of every class
     title : str
     lines : sequence of (name, x (n,), y (n,)), drawn over the map
     marked : (name, (n_y, n_x) bool), cells that have a cross over their class
+    axes : of another figure, by default those of a new one
 
     Returns
     -------
     matplotlib.figure.Figure
         Its legend tells the share of the cells of every class that occurs, and of the marked ones.
     """
-    figure, axes = new_figure(7.5, 6.0)
+    owner, axes = _ground(axes, 7.5, 6.0)
     cells = np.ma.masked_less(np.asarray(classes), 0)
-    norm = BoundaryNorm(np.arange(len(words) + 1) - 0.5, len(words))
-    _cells(axes, x, y, cells, cmap=ListedColormap(list(colours[: len(words)])), norm=norm)
-    for i, (word, colour) in enumerate(zip(words, colours, strict=False)):
+    norm = BoundaryNorm(np.arange(len(legend) + 1) - 0.5, len(legend))
+    _cells(axes, x, y, cells, cmap=ListedColormap([colour for _, colour in legend]), norm=norm)
+    for i, (word, colour) in enumerate(legend):
         share = float(np.mean(np.asarray(classes) == i))
         if share:
             axes.fill_between([], [], [], facecolor=colour, edgecolor="0.5", linewidth=0.5, label=f"{word} ({_percent(share)})")
@@ -112,12 +113,14 @@ def plot_classes(
         _cross(axes, x, y, *marked)
     for i, (name, line_x, line_y) in enumerate(lines):
         axes.plot(line_x, line_y, color="black", linestyle=("--", ":", "-.")[i % 3], linewidth=1.6, path_effects=HALO, label=name)
-    finish(figure, axes, title)
-    return figure
+    finish(owner, axes, title)
+    return owner.figure
 
 
 @default_settings()
-def plot_values(x: Side, y: Side, values: ArrayLike, *, quantity: str, unit: str, title: str) -> Figure:
+def plot_values(
+    x: Side, y: Side, values: ArrayLike, *, quantity: str, unit: str, title: str, axes: Axes | None = None
+) -> Figure:
     """A map of one quantity, darker where larger, with contour lines on round values; where it differs by decades, which it does
     in jumps, the colours are logarithmic and there are no lines.
 
@@ -127,17 +130,18 @@ def plot_values(x: Side, y: Side, values: ArrayLike, *, quantity: str, unit: str
     values : (n_y, n_x) float in SI, NaN where there is none
     quantity, unit : str, for the colour bar
     title : str
+    axes : of another figure, by default those of a new one
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    figure, axes = new_figure(8.0, 6.0)
+    owner, axes = _ground(axes, 8.0, 6.0)
     factor, name = scaled(values, unit)
     cells = np.ma.masked_invalid(factor * np.asarray(values, float))
     jumps = cells.count() > 0 and cells.min() > 0.0 and cells.max() > WIDE * cells.min()
     image = _cells(axes, x, y, cells, cmap=VALUES, norm=LogNorm() if jumps else None)
-    bar = figure.colorbar(image, ax=axes, pad=0.02, format=lambda value, place: f"{value:g}")
+    bar = axes.figure.colorbar(image, ax=axes, pad=0.02, format=lambda value, place: f"{value:g}")
     bar.set_label(f"{quantity} in {name}" if name else quantity)
     smooth = not jumps and cells.count() > 3 and min(cells.shape) > 2 and np.ptp(cells.compressed()) > 0.0
     if smooth and not (x.in_words or y.in_words):
@@ -147,8 +151,8 @@ def plot_values(x: Side, y: Side, values: ArrayLike, *, quantity: str, unit: str
         for text in axes.clabel(lines, fontsize=8, fmt="%g"):
             text.set(path_effects=HALO)
     _tell_absent(axes, cells)
-    finish(figure, axes, title)
-    return figure
+    finish(owner, axes, title)
+    return owner.figure
 
 
 @default_settings()
@@ -222,6 +226,11 @@ class Panel:
     curves: Sequence[Curve]
     share: bool = False
 
+    @property
+    def name(self) -> str:
+        """The quantity as the name of a picture."""
+        return self.quantity.replace(" ", "_")
+
 
 STYLES: dict[str, dict[str, Any]] = {
     "line": {"linestyle": "-", "linewidth": 1.3},
@@ -234,7 +243,7 @@ STYLES: dict[str, dict[str, Any]] = {
 
 
 @default_settings()
-def plot_panels(x: Side, panels: Sequence[Panel], *, title: str) -> Figure:
+def plot_panels(x: Side, panels: Sequence[Panel], *, title: str, axes: Axes | None = None) -> Figure:
     """Quantities over one varied key, one panel above the other.
 
     Parameters
@@ -242,12 +251,13 @@ def plot_panels(x: Side, panels: Sequence[Panel], *, title: str) -> Figure:
     x : Side
     panels : sequence of Panel
     title : str
+    axes : of another figure, for a single panel, by default those of a new one
 
     Returns
     -------
     matplotlib.figure.Figure
     """
-    figure, every = new_figure(7.5, 1.2 + 2.0 * len(panels), rows=len(panels))
+    owner, every = _ground(axes, 7.5, 1.2 + 2.0 * len(panels), len(panels))
     every = np.atleast_1d(every)
     for axes, panel in zip(every, panels, strict=True):
         factor, name = scaled(np.concatenate([np.ravel(curve.values) for curve in panel.curves]), panel.unit)
@@ -266,11 +276,16 @@ def plot_panels(x: Side, panels: Sequence[Panel], *, title: str) -> Figure:
             axes.set_ylim(-0.05, 1.05)
         _side(axes, x, None)
     every[-1].set_xlabel(as_text(x.label))
-    handles = {label: handle for axes in every for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)}
-    legend_below(figure, [*handles.values()], [*handles])
+    handles = {label: handle for own in every for handle, label in zip(*own.get_legend_handles_labels(), strict=True)}
+    legend_below(owner, [*handles.values()], [*handles])
     every[0].set_title(as_text(title), wrap=True)
-    figure.align_ylabels(every)
-    return figure
+    owner.figure.align_ylabels(every)
+    return owner.figure
+
+
+def _ground(axes: Axes | None, width: float, height: float, rows: int = 1) -> tuple[Any, Any]:
+    """What gets the legend, and the axes: those that are given, or a new figure and its own."""
+    return (axes, axes) if axes is not None else new_figure(width, height, rows=rows)
 
 
 def scaled(values: ArrayLike, unit: str) -> tuple[float, str]:

@@ -15,6 +15,7 @@ from rsc.measure.features import default_window, envelope, revolution_marks, wat
 from rsc.show.pictures import modes, paths, pictures
 from rsc.show.pictures.abscissa import Abscissa
 from rsc.show.pictures.album import PICTURES
+from rsc.show.pictures.axes import legend_below
 from rsc.show.pictures.critical_map import critical_speeds
 from rsc.show.pictures.drawing import drawing
 from rsc.show.pictures.maps import impacts
@@ -33,13 +34,14 @@ SIZE = (7.0, 5.0)  # inches of a figure that is made here
 
 def on_axes(picture: dict[str, Any], ax: Axes | None, style: dict[str, Any]) -> Axes:
     """A description on the caller's axes, or on those of a new figure of pyplot, which a notebook shows; returns the axes."""
-    ax = _own(ax)
+    ax = own_axes(ax)
     draw(ax, in_units(picture), style)
     _legend(ax)
     return ax
 
 
-def _own(ax: Axes | None) -> Axes:
+def own_axes(ax: Axes | None) -> Axes:
+    """The axes, or those of a new figure of pyplot."""
     if ax is not None:
         return ax
     from matplotlib import pyplot  # only here: files are drawn without its global state
@@ -206,21 +208,21 @@ def critical_map(made: Any, ax: Axes | None, style: dict[str, Any]) -> Axes:
 
 def motions(listed: Any, ax: Axes | None) -> Axes:
     """The random impacts of a `rsc.measure.catalogue.Motions`, of several contacts at the first, by the motion each ends in."""
-    ax, n_places = _own(ax), max(1, len(listed.largest_at))
+    ax, n_places = own_axes(ax), max(1, len(listed.largest_at))
     impacts(ax, listed, slice(0, None, n_places), next(iter(listed.largest_at.values()), listed.largest))
-    _legend(ax)
+    legend_below(ax, *ax.get_legend_handles_labels())  # impacts lie everywhere
     return ax
 
 
-def report(made: Any, name: str, ax: Axes | None, style: dict[str, Any]) -> Axes:
-    """A picture of a report by its name."""
+def report(made: Any, name: str, ax: Axes | None, others: Sequence[Any], style: dict[str, Any]) -> Axes:
+    """A picture of a report by its name, with the reports of other runs where it compares them."""
     along = Abscissa(made)
     if name == "orbit":
         return on_axes(paths.orbit(made, moments(made)[-1].window), ax, style)
     if name not in PICTURES:
         raise SceneError("plot", "picture", name, f"one of orbit, {', '.join(PICTURES)}")
     entry = PICTURES[name]
-    picture = entry.describe(made, along, ()) if entry.compares else entry.describe(made, along)
+    picture = entry.describe(made, along, others) if entry.compares else entry.describe(made, along)
     if picture is None:
         raise SceneError("plot", "picture", name, "one that this run has something to show in")
     return on_axes(picture, ax, style)
@@ -228,7 +230,7 @@ def report(made: Any, name: str, ax: Axes | None, style: dict[str, Any]) -> Axes
 
 def benchmark(made: Any, ax: Axes | None, style: dict[str, Any]) -> Axes:
     """Processor time over error of a `rsc.study.equations.benchmark.Benchmark`, both logarithmic."""
-    ax = _own(ax)
+    ax = own_axes(ax)
     for i, method in enumerate(dict.fromkeys(point.method for point in made.points)):
         known = sorted((p.error, p.seconds) for p in made.points if p.method == method and p.error > 0.0)
         colour = (BLUE, RED, GREEN, PURPLE)[i % 4]

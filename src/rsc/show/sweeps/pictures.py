@@ -1,11 +1,13 @@
 """Which pictures a sweep gets: maps over two varied keys, panels over one; its arrays handed to `rsc.show.pictures.maps`."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from rsc.show.pictures.settings import default_settings
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -49,10 +51,12 @@ PANELS = (
 # of two backward whirls, relative difference of their frequencies from which they are not one
 APART = 0.05
 MOST_WHIRLS = 3
+NOTHING = "a key with 2 values or more, and something computed"
 RARE = 0.02  # of the samples, with fewer of which a whirl is not drawn
 TOLD_APART = 0.01  # of a range of frequencies, from which both ends are told
 _KINDS = [str(kind) for kind in Kind]
 WORDS: dict[str, Sequence[str]] = {"motion": _KINDS, "lasting": _KINDS, "verdict": VERDICTS}
+Draw = Callable[..., Figure]  # of a picture: into a new figure, or into `axes`
 
 
 def picture_files(data: Labelled, folder: Path) -> list[OutputFile]:
@@ -60,7 +64,7 @@ def picture_files(data: Labelled, folder: Path) -> list[OutputFile]:
     draw."""
     figures = pictures(data)
     if not figures:
-        raise DataError("<sweep>", "nothing to draw: must have a key with 2 values or more, and something computed")
+        raise DataError("<sweep>", f"nothing to draw: must have {NOTHING}")
     return [plots.picture_file(figure, folder / f"{name}.png") for name, figure in figures.items()]
 
 
@@ -73,9 +77,23 @@ def pictures(data: Labelled) -> dict[str, Figure]:
     DataError
         A number is so large that no axis can carry it.
     """
-    _refuse_undrawable(data)
+    refuse_undrawable(data)
     with shown_as_in(scene_of(data)):
-        return _pictures(data)
+        return {name: draw() for name, draw in drawings(data).items()}
+
+
+def panels_apart(drawn: dict[str, Draw]) -> dict[str, Draw]:
+    """Drawings that fill one pair of axes each: those of several quantities become one for each, under its name."""
+    apart: dict[str, Draw] = {}
+    for name, draw in drawn.items():
+        if not isinstance(draw, partial) or draw.func is not maps.plot_panels:
+            apart[name] = draw
+            continue
+        x, panels = draw.args
+        beside = name.removeprefix("curves").removeprefix("scatter")
+        for panel in panels:
+            apart[f"{panel.name}_{beside}" if beside else panel.name] = partial(maps.plot_panels, x, [panel], **draw.keywords)
+    return apart
 
 
 def scene_of(data: Labelled) -> Scene | None:
@@ -86,8 +104,8 @@ def scene_of(data: Labelled) -> Scene | None:
         return None
 
 
-def _pictures(data: Labelled) -> dict[str, Figure]:
-    """name -> picture of all that a sweep computed."""
+def drawings(data: Labelled) -> dict[str, Draw]:
+    """name -> what draws it, of all that a sweep computed."""
     title = one_line(data.attributes.get("title", ""))
     long = [dim for dim, size in data.dims.items() if dim != WHIRL and size > 1]
     keys = [dim for dim in long if dim in data.coordinates]
@@ -98,19 +116,19 @@ def _pictures(data: Labelled) -> dict[str, Figure]:
         return _maps(data, x_key, y_key, title, [dim for dim in long if dim not in (x_key, y_key)])
     if len(keys) == 1 and long == keys:
         panels = _panels(data, keys[0], "line")
-        return {"curves": maps.plot_panels(side(data, keys[0]), panels, title=title)} if panels else {}
+        return {"curves": partial(maps.plot_panels, side(data, keys[0]), panels, title=title)} if panels else {}
     if len(keys) == 1 and sorted(long) == sorted([*keys, SAMPLE]) and "frequency" in data:
-        return {"scatter": maps.plot_panels(side(data, keys[0]), _scatter(data, keys[0]), title=title)}
+        return {"scatter": partial(maps.plot_panels, side(data, keys[0]), _scatter(data, keys[0]), title=title)}
     if len(long) == 1:  # samples, a table or lists side by side
         shared = [key for key, (dims, _, _) in data.coordinates.items() if dims == tuple(long)]
         drawn = {key: _panels(data, key, "dots") for key in shared}
         # of a file, whose name may not have a * everywhere
         names = {key: f"over_{key.replace('*', 'all')}" for key in shared if drawn[key]}
-        return {name: maps.plot_panels(side(data, key), drawn[key], title=title) for key, name in names.items()}
+        return {name: partial(maps.plot_panels, side(data, key), drawn[key], title=title) for key, name in names.items()}
     return {}
 
 
-def _refuse_undrawable(data: Labelled) -> None:
+def refuse_undrawable(data: Labelled) -> None:
     """Files that others made may hold any number; matplotlib's ticks and cells overflow."""
     for name, (_, values, _) in (data.coordinates | data.variables).items():
         if values.dtype.kind in "fiu" and np.any(np.abs(values[np.isfinite(values)]) > LARGEST):
@@ -127,15 +145,17 @@ def side(data: Labelled, key: str) -> Side:
     return Side(factor * ordered if factor != 1.0 else ordered, f"{label} in {unit}" if unit else label)
 
 
-def _maps(data: Labelled, x_key: str, y_key: str, title: str, others: Sequence[str]) -> dict[str, Figure]:
+def _maps(data: Labelled, x_key: str, y_key: str, title: str, others: Sequence[str]) -> dict[str, Draw]:
     """The maps over two keys; over other dimensions the worst is shown, of words nothing."""
     if others:
         title = f"{title}\nthe worst over {', '.join(others)}"
-    x, y, figures = side(data, x_key), side(data, y_key), {}
+    x, y = side(data, x_key), side(data, y_key)
+    drawn: dict[str, Draw] = {}
     if "danger" in data:
         classes = _plane(data, "danger", x_key, y_key).astype(int)
-        figures["danger"] = maps.plot_classes(
-            x, y, classes, danger_words(data), maps.DANGER_COLOURS, title=title, marked=_without_run(data, x_key, y_key),
+        drawn["danger"] = partial(
+            maps.plot_classes, x, y, classes, _legend(danger_words(data), maps.DANGER_COLOURS), title=title,
+            marked=_without_run(data, x_key, y_key),
             lines=[] if others else _least_friction(data, x, y, x_key, y_key)
         )  # fmt: skip
     for name, words in WORDS.items():
@@ -145,31 +165,43 @@ def _maps(data: Labelled, x_key: str, y_key: str, title: str, others: Sequence[s
             if name == "motion":
                 codes, words = _whirls_apart(codes, data["turning_frequency"])
             codes = _plane_of(data, codes.astype(float), name, x_key, y_key).astype(int)
-            figures[name] = maps.plot_classes(x, y, codes, words, maps.CLASS_COLOURS, title=title)
-    figures |= {} if others else _maps_of_sets(data, x_key, y_key, title)
+            drawn[name] = partial(maps.plot_classes, x, y, codes, _legend(words), title=title)
+    drawn |= {} if others else _maps_of_sets(data, x_key, y_key, title)
     for picture, (name, quantity) in MAPPED.items():
         if name not in data or np.isnan(data[name]).all():
             continue
         if name == "jump_speed" and "drive.duration" in (x_key, y_key):
-            figures[picture] = _jumps(data, x_key, y_key, title)
+            drawn[picture] = _jumps(data, x_key, y_key, title)
             continue
         unit = data.variables[name][2].get("units", "")
-        figures[picture] = maps.plot_values(x, y, _plane(data, name, x_key, y_key), quantity=quantity, unit=unit, title=title)
+        values = _plane(data, name, x_key, y_key)
+        drawn[picture] = partial(maps.plot_values, x, y, values, quantity=quantity, unit=unit, title=title)
     if _one_vector(x_key, y_key):
-        for figure in figures.values():
-            figure.axes[0].set_aspect("equal")
-    return figures
+        return {name: partial(_of_equal_scales, draw) for name, draw in drawn.items()}
+    return drawn
 
 
-def _maps_of_sets(data: Labelled, x_key: str, y_key: str, title: str) -> dict[str, Figure]:
+def _legend(words: Sequence[str], colours: Sequence[str] = maps.CLASS_COLOURS) -> list[tuple[str, str]]:
+    return list(zip(words, colours, strict=False))
+
+
+def _of_equal_scales(draw: Draw, axes: Axes | None = None) -> Figure:
+    """A map whose sides have one scale."""
+    figure = draw(axes=axes)
+    (axes or figure.axes[0]).set_aspect("equal")
+    return figure
+
+
+def _maps_of_sets(data: Labelled, x_key: str, y_key: str, title: str) -> dict[str, Draw]:
     """The maps of the sets of several contacts; none of one, nor of more sets than there are colours."""
-    x, y, figures = side(data, x_key), side(data, y_key), {}
+    x, y = side(data, x_key), side(data, y_key)
+    drawn: dict[str, Draw] = {}
     for name in (name for name in SETS if name in data):
         classes, words = set_words(data, name)
         if 0 < len(words) <= len(maps.CLASS_COLOURS):
             codes = _plane_of(data, classes.astype(float), name, x_key, y_key).astype(int)
-            figures[name] = maps.plot_classes(x, y, codes, words, maps.CLASS_COLOURS, title=title)
-    return figures
+            drawn[name] = partial(maps.plot_classes, x, y, codes, _legend(words), title=title)
+    return drawn
 
 
 def _without_run(data: Labelled, x_key: str, y_key: str) -> tuple[str, NDArray[np.bool_]] | None:
@@ -236,7 +268,7 @@ def _least_friction(data: Labelled, x: Side, y: Side, x_key: str, y_key: str) ->
     return [(name, x.places, least) if on_y else (name, least, y.places)]
 
 
-def _jumps(data: Labelled, x_key: str, y_key: str, title: str) -> Figure:
+def _jumps(data: Labelled, x_key: str, y_key: str, title: str) -> Draw:
     """The speed of the jump over the rate of the run-up."""
     other = y_key if x_key == "drive.duration" else x_key
     plane = _plane(data, "jump_speed", "drive.duration", other)
@@ -245,9 +277,9 @@ def _jumps(data: Labelled, x_key: str, y_key: str, title: str) -> Figure:
     x, key = Side(rate[::-1], "run-up rate in Hz/s"), side(data, other)
     if len(key.values) > MOST_CURVES:
         quantity = MAPPED["jump"][1]
-        return maps.plot_values(x, key, plane[:, ::-1], quantity=quantity, unit="Hz", title=title)
+        return partial(maps.plot_values, x, key, plane[:, ::-1], quantity=quantity, unit="Hz", title=title)
     curves = [Curve(f"{other} = {value:g}", values[::-1]) for value, values in zip(key.values, plane, strict=True)]
-    return maps.plot_panels(x, [Panel("speed of the jump", "Hz", curves)], title=title)
+    return partial(maps.plot_panels, x, [Panel("speed of the jump", "Hz", curves)], title=title)
 
 
 def _panels(data: Labelled, key: str, style: str) -> list[Panel]:

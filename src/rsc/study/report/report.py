@@ -191,19 +191,20 @@ class Report(Brief):
         names = [each.name for each in fields(Row) if each.name != "reasons"]
         return Table((*names, "note"), [[*(getattr(row, name) for name in names), note(row)] for row in self.rows])
 
-    def plot(self, picture: str = "campbell", ax: Any = None, **style: Any) -> Any:
+    def plot(self, picture: str = "campbell", ax: Any = None, others: "Sequence[Report]" = (), **style: Any) -> Any:
         """Draw one picture of the page.
 
         picture : name of `rsc.show.pictures.album.PICTURES` ("campbell", "waterfall", "amplitude", "force", "energy", ...), or
             "orbit" for the path at the last of the page's moments
 
         ax : matplotlib axes, by default those of a new figure; style : properties of lines of matplotlib
+        others : Reports of other runs, whose amplitudes stand beside its own in the picture "amplitude"
 
         Returns the axes; SceneError for another name, or a picture in which this run has nothing to show.
         """
         from rsc.show.pictures import of_results
 
-        return of_results.report(self, picture, ax, style)
+        return of_results.report(self, picture, ax, others, style)
 
     def save_html(self, path: str | os.PathLike[str], overwrite: bool = False, others: "Sequence[Report]" = ()) -> None:
         """Write the page that `rsc check` writes, report.html; DataError when the file cannot be written.

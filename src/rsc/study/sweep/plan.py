@@ -10,6 +10,7 @@ from typing import Any
 
 from rsc.analysis.several.search import MOST
 from rsc.errors import DataError, SolverError, nearest, one_line
+from rsc.files.output import refuse_name_of_file
 from rsc.results.agreement import refuse_other_scene
 from rsc.results.budget import COPIES, row_bytes
 from rsc.results.sweep_store import PARTS, Cases, Plan, SweepStore
@@ -179,8 +180,7 @@ def refuse_store(store: SweepStore, plan: Plan, resume: bool) -> None:
     if not store.exists:
         if resume:
             raise DataError(path, "holds no sweep to resume")
-        if path.suffix in (".nc", ".h5"):
-            raise DataError(path, f"must be a folder: sweep.nc is written into it; leave {path.suffix} out")
+        refuse_name_of_file(path)
         if not store.holds_nothing:
             raise DataError(path, "cannot be used for a sweep: must be a new or an empty folder")
         return
