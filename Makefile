@@ -71,11 +71,11 @@ release: quick docs
 versions: $(STAMP)
 	$(BIN)/python tools/versions.py
 
+# types on both platforms at once, each with a cache of its own
 lint: $(STAMP)
 	$(BIN)/ruff check src tests bench tools
 	$(BIN)/lint-imports --no-cache
-	$(BIN)/mypy
-	$(BIN)/mypy --platform win32
+	@$(BIN)/mypy --platform win32 --cache-dir .mypy_cache/windows & windows=$$!; $(BIN)/mypy; here=$$?; wait $$windows && exit $$here
 
 # the measurements of docs/maintainers/kernel.md and the README; CSV and PNG under bench/results/, how long it took in duration.txt
 bench: $(BENCH_STAMP)

@@ -1,4 +1,4 @@
-"""The first 500 forged files of runs and sweeps; `tools/forged.py` tries 20,000."""
+"""The first 100 forged files of runs and sweeps; `tools/forged.py` tries 20,000."""
 
 import tempfile
 from collections import Counter
@@ -12,8 +12,8 @@ import trials
 def outcomes():
     """Command -> Counter of what became of the cases; and the problems, one for a case."""
     commands, problems = {}, []
-    with tempfile.TemporaryDirectory() as folder, trials.samples(folder) as pairs:
-        for number, ends, problem in trials.trials(range(500), pairs, trials.swept(folder), folder):
+    with tempfile.TemporaryDirectory() as folder, trials.samples(folder, pictures=False) as pairs:
+        for number, ends, problem in trials.trials(range(100), pairs, trials.swept(folder), folder):
             for command, word in (ends or {}).items():
                 commands.setdefault(command, Counter())[word] += 1
             if problem:
@@ -31,4 +31,4 @@ def test_most_forgeries_are_refused_and_some_files_are_read(outcomes):
     """Half of what is forged changes nothing that a command looks at; of a hundred results some ten are verified bit for bit."""
     for command, counts in outcomes[0].items():
         refused = sum(n for word, n in counts.items() if word.startswith("refused"))
-        assert refused > 40 and counts["done (exit 0)"] > 3, command
+        assert refused > 8 and counts["done (exit 0)"] > 0, command

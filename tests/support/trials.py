@@ -50,8 +50,9 @@ KINDS = ("finished", "saved", "left by a kill")
 
 
 @contextlib.contextmanager
-def samples(folder):
-    """Yield result files to begin with, (scene file, result file): of the scenes, each finished, saved from memory, and killed.
+def samples(folder, pictures=True):
+    """Yield result files to begin with, (scene file, result file): of the scenes, each finished, saved from memory, and killed;
+    pictures: whether any of them will be plotted.
 
     While they are used runs go on in small chunks, so that short ones have many blocks and checkpoints; all code is compiled.
     """
@@ -67,7 +68,7 @@ def samples(folder):
             simulate(scene).save(files[1])
             _kill(scene, files[2])
             pairs += [(text, file) for file in files]
-        _warm(pairs, folder)
+        _warm(pairs, folder, pictures)
         yield pairs
     finally:
         rsc.simulation.run.CHUNK_STEPS = before
@@ -86,10 +87,10 @@ def _kill(scene, path):
         shutil.copy(part_of(path), path)
 
 
-def _warm(pairs, folder):
+def _warm(pairs, folder, pictures):
     """Compile and import all that the commands need, so that no child does it again."""
     for scene, result in pairs:
-        for arguments in _commands(scene, placed(result, folder), folder, True):
+        for arguments in _commands(scene, placed(result, folder), folder, pictures):
             with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
                 main(arguments)
 

@@ -19,7 +19,7 @@ import signal
 import stat
 import subprocess  # noqa: F401 (as well; would take msvcrt for Windows)
 import sys
-import tempfile  # noqa: F401
+import tempfile
 import types
 
 MODULES = {"fcntl", "resource", "pwd", "grp", "termios", "tty", "pty", "syslog", "readline", "curses"}
@@ -152,6 +152,7 @@ for name in ("replace", "rename", "unlink", "remove"):
 os.open, os.kill = _opened, _killed
 os.supports_dir_fd.clear()
 shutil._use_fd_functions = False  # which it looked at when it was loaded: a folder is removed by paths
+tempfile.TemporaryFile = tempfile.NamedTemporaryFile  # no file is removed while it is open, by Numba's cache neither
 os.supports_fd.clear()
 signal.SIGBREAK = signal.SIGUSR1
 for module, names in ((os, NAMES), (signal, SIGNALS)):

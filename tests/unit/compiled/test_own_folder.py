@@ -232,8 +232,9 @@ def test_a_user_without_a_name_or_a_home_to_write_in_can_work(home):
         assert not list((place / "temporary").iterdir())
 
 
-def test_ten_processes_begin_with_an_empty_cache(place):
-    values = 5 * ["1.5", "2j"]
+@pytest.mark.parametrize("many", [2, pytest.param(5, marks=pytest.mark.nightly)])
+def test_processes_begin_at_once_with_an_empty_cache(place, many):
+    values = many * ["1.5", "2j"]
     processes = [begun(place, value, XDG_CACHE_HOME=str(place / "cache")) for value in values]
     assert not any(ended(process)[2] for process in processes)
     for value in ("1.5", "2j"):  # what one of them did not keep for the others' sake is kept now

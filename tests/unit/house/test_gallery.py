@@ -18,9 +18,12 @@ SHOWN = dict(SECTION.findall(PAGE))
 LONGEST = 20.0  # s of processor time, with compiled kernels
 LINES = range(20, 71)
 HEAVIEST = 80_000  # bytes of a picture
+LONG = {"clearances", "compressor", "journal_bearings", "rotor_drop"}  # ten seconds and more
 
 
-@pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", [pytest.param(path, id=path.stem, marks=[pytest.mark.nightly] * (path.stem in LONG)) for path in SCRIPTS]
+)
 def test_a_script_prints_what_its_page_shows(path, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for _ in range(2):  # the first run may compile

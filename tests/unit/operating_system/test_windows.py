@@ -30,7 +30,7 @@ from rsc.operating_system import posix
 ROSS = REFERENCE / "machines" / "ross_coaxrotor.mat"
 SHORT = rsc.Scene.from_dict(changed(SCENES["bouncing"], rotor={"eccentricity": 2e-5}, drive={"duration": 2.0}))
 WHIRL = rsc.Scene.from_dict(changed(SCENES["whirl, unbalance, run-up"], drive={"duration": 2.0}))
-LONG = SHORT.with_values({"drive.duration": 400.0})
+LONG = SHORT.with_values({"drive.duration": 100.0})
 LIMITS = '[limits]\nminimum = "1800 rpm"\nmaximum_continuous = "2400 rpm"\n'
 # command, and the files that it writes
 EVERY = {
@@ -203,7 +203,7 @@ def test_a_path_that_is_too_long_is_told_in_one_line(place):
 
 def test_a_sweep_is_computed_by_one_process_at_a_time_and_goes_on(place):
     # so many cases that the first sweep goes on for a second and more behind its first part: of 100 a busy machine saw the end
-    sweep = [*COMMAND, "sweep", "s.toml", "--vary", "contact.friction=0.1:0.3:1000", "--compute", "run", "-o", "store"]
+    sweep = [*COMMAND, "sweep", "s.toml", "--vary", "contact.friction=0.1:0.3:400", "--compute", "run", "-o", "store"]
     first = started([*sweep, "--threads", "1"], place)
     begun(first, lambda: any((place / "store").glob("parts/*.h5")))
     first.send_signal(signal.SIGSTOP)
