@@ -38,6 +38,6 @@ class FullMachine(Witness):
     def dropped(self, state, times):
         """Deflections (n_time, 2) at the contacts and speeds of the races in Hz from a state (displacements, velocities) on."""
         rest = (0j,) * self.system.n_stator
-        start = SimpleNamespace(rotor=tuple(state[0]), rotor_velocity=tuple(state[1]), stator=rest, stator_velocity=rest)
-        rotor, _, races = self.motion(SimpleNamespace(scene=SimpleNamespace(start=start), time=times))
+        self.start = SimpleNamespace(rotor=tuple(state[0]), rotor_velocity=tuple(state[1]), stator=rest, stator_velocity=rest)
+        rotor, _, races = self.motion(times)
         return rotor @ self.rows.T, races / TWO_PI

@@ -274,5 +274,5 @@ def test_a_fit_may_be_interrupted_anywhere(measured, monkeypatch, function, call
 
 def test_a_fit_that_has_not_converged_says_so_and_ends_with_its_code(files, monkeypatch, capsys):
     monkeypatch.setattr("rsc.study.fit.fit.ROUNDS", 1)
-    assert main(["fit", "pump.toml", "guess.toml", "--free", "contact.friction,contact.gap"]) == 3
+    assert main(["fit", "pump.toml", "guess.toml", "--free", FOUND]) == 3
     assert "not converged" in capsys.readouterr().out
