@@ -111,7 +111,7 @@ def test_the_code_for_full_matrices_changes_no_bit():
     assert one.ledger.rotor_damping != several.ledger.rotor_damping
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", ["rk45", pytest.param("taylor8", marks=pytest.mark.nightly)])
 def test_motion_with_skew_and_anisotropic_matrices_equals_the_slow_twin(method, monkeypatch):
     system_of, scene = assembled(monkeypatch, directed), Scene.from_dict(tables(method, 1e-9))
     result = simulate(scene)
