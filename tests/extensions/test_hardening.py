@@ -82,7 +82,7 @@ def test_the_motion_is_that_of_an_independent_integration(name, runs, monkeypatc
     start, times = initial_state(scene, system), np.array(found["time"])
     linear = naive.integrate(system, start, times)[0]
     monkeypatch.setattr(naive, "contact_force", force)
-    wanted = naive.integrate(system, start, times)[0]
+    wanted = naive.integrate.__wrapped__(system, start, times)[0]  # by another law: not the answer that is kept
     rotor = np.array(found["rotor"][0]) + 1j * np.array(found["rotor"][1])
     assert abs(rotor - wanted).max() < 1e-6 * system.contact.gap
     assert abs(linear - wanted).max() > 1e-3 * system.contact.gap
