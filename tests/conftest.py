@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 
 import pytest
 
@@ -16,3 +17,11 @@ if os.name == "posix" and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
 def pytest_runtest_setup(item):
     if os.name != "posix" and item.get_closest_marker("posix"):
         pytest.skip("needs what Windows does not have")
+
+
+@pytest.fixture(autouse=True)
+def _no_figure_stays_open():
+    """pyplot keeps every figure that a `plot()` made, and warns from the twentieth on."""
+    yield
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")

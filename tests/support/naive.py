@@ -3,6 +3,8 @@
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from once import once
+
 
 def phase(system, t):
     """Rotation angle phi(t) in rad: the integral of the piecewise linear speed."""
@@ -58,6 +60,7 @@ def followed(rotor, omega, r, r_dot):
 def rhs(system):
     """f(t, y) of the first-order system, y = [r, s, r', s', z of the rotor, z of the stator] complex."""
     n, m, rotor = system.n_rotor, system.n_stator, system.rotor
+    inverses = [np.linalg.inv(body.mass) for body in (rotor, system.stator)] if m else [np.linalg.inv(rotor.mass), None]
 
     def directed(body, r, r_dot):
         """Skew and anisotropic forces on the left side of a body's equation."""
@@ -86,19 +89,18 @@ def rhs(system):
         if rotor.rotating_damping is not None:
             imposed = imposed - rotor.rotating_damping @ (r_dot - 1j * omega * r)
         imposed = imposed - followed(rotor, omega, r, r_dot)
-        r_acc = np.linalg.solve(
-            system.rotor.mass,
-            imposed + pull - damping @ r_dot - rotor.stiffness @ r - rotor.contact * force - directed(rotor, r, r_dot),
-        )
+        right = imposed + pull - damping @ r_dot - rotor.stiffness @ r - rotor.contact * force - directed(rotor, r, r_dot)
+        r_acc = inverses[0] @ right
         s_acc = s_dot
         if m:
             right = system.stator.contact * force + pull_s - system.stator.damping @ s_dot - system.stator.stiffness @ s
-            s_acc = np.linalg.solve(system.stator.mass, right - directed(system.stator, s, s_dot))
+            s_acc = inverses[1] @ (right - directed(system.stator, s, s_dot))
         return np.concatenate([r_dot, s_dot, r_acc, s_acc, z_r_dot, z_s_dot])
 
     return f
 
 
+@once
 def integrate(system, start, times, rtol=1e-10):
     """(rotor, stator) at the times by scipy's DOP853, kinks passed over with small steps."""
     p, moving = system.rotor.n_states + system.stator.n_states, system.n_rotor + system.n_stator

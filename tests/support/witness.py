@@ -1,8 +1,11 @@
 """The equations of motion with several contacts and races, written down once more and integrated by DOP853 with events."""
 
+import functools
+
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from once import once
 from rsc.system.assemble import assemble
 
 
@@ -13,7 +16,8 @@ class Witness:
     rtol, atol = 1e-12, 1e-17
 
     def __init__(self, scene):
-        self.system = system = assemble(scene)
+        self.system, self.start = assemble(scene), scene.start
+        system = self.system
         self.n = system.n_rotor
         self.mass = [body.mass for body in system.bodies]
         self.speed, self.rate = system.schedule_speed[0], np.diff(system.schedule_speed)[0] / system.schedule_time[-1]
@@ -59,34 +63,44 @@ class Witness:
         ]
         return np.concatenate([r_dot, s_dot, a, b, turned]).view(float)
 
-    def motion(self, result):
-        """(n_time, N) rotor, (n_time, M) stator and (n_time, n_contacts) speeds of the races in rad/s at the times of a result,
-        in pieces that end where a law changes."""
-        start = result.scene.start
+    def motion(self, time):
+        """(n_time, N) rotor, (n_time, M) stator and (n_time, n_contacts) speeds of the races in rad/s at times from 0 on, in
+        pieces that end where a law changes."""
+        start = self.start
         parts = start.rotor, start.stator or (0j,) * self.system.n_stator, start.rotor_velocity, start.stator_velocity
         size = (self.n, self.system.n_stator) * 2
         m = len(self.system.contacts)
         state = [np.array(part or (0j,) * n, complex) for part, n in zip(parts, size, strict=True)]
         state = np.concatenate([*state, np.zeros(m, complex)]).view(float)
 
+        @functools.lru_cache(maxsize=1)  # all margins at once: every event asks at the same instant
+        def margins(t, y):
+            return self.forces(t, *self.parts(np.frombuffer(y)))[2]
+
         def margin(i):
             def value(t, y):
-                return self.forces(t, *self.parts(y))[2][i]
+                return margins(t, y.tobytes())[i]
 
             value.terminal = True
             return value
 
         events = [margin(i) for i in range(5 * m)]
-        t, end, times, states = 0.0, result.time[-1], [0.0], [state]
+        t, end, times, states = 0.0, time[-1], [0.0], [state]
         while t < end:
             answer = solve_ivp(self, (t, end), state, "DOP853", rtol=self.rtol, atol=self.atol, events=events, dense_output=True)
-            inside = result.time[(result.time > t) & (result.time <= answer.t[-1])]
+            inside = time[(time > t) & (time <= answer.t[-1])]
             times += inside.tolist()
             states += list(answer.sol(inside).T) if len(inside) else []
             t, state = answer.t[-1], answer.y[:, -1]
             if t < end:  # a little further, past the event
                 step = solve_ivp(self, (t, min(t + 1e-9, end)), state, "DOP853", rtol=self.rtol, atol=self.atol)
                 t, state = step.t[-1], step.y[:, -1]
-        reached = np.array(states)[np.searchsorted(times, result.time)].view(complex)
+        reached = np.array(states)[np.searchsorted(times, time)].view(complex)
         n, both = self.n, self.n + self.system.n_stator
         return reached[:, :n], reached[:, n:both], reached[:, 2 * both :].real
+
+
+@once
+def motion_of(scene, time):
+    """What `Witness.motion` says of a scene."""
+    return Witness(scene).motion(time)

@@ -11,7 +11,7 @@ from rsc.scene.scene import Scene
 from rsc.study.run.simulate import simulate
 from scenes import LAVAL, TWO, changed
 from two_contacts import pushed, two
-from witness import Witness
+from witness import motion_of
 
 METHODS = ("rk45", "taylor8")
 
@@ -21,10 +21,10 @@ def test_the_motion_is_that_of_a_program_of_its_own(method):
     """Two contacts with offset, ring, damper, friction that follows the slip at one of them, and gravity."""
     scene = two(
         {"offset": [2e-5, -1e-5], "diameter": 0.05, "slip_velocity": 0.05}, {"ring_eccentricity": [1e-5, 40.0]},
-        solver={"rtol": 1e-12, "method": method}, rotor={"gravity": 9.81}, output={"rate": 2000.0}, **pushed(duration=0.05),
+        rotor={"gravity": 9.81}, output={"rate": 2000.0}, **pushed(duration=0.05),
     )  # fmt: skip
-    result = simulate(scene)
-    rotor, stator, _ = Witness(scene).motion(result)
+    result = simulate(scene.with_values({"solver.rtol": 1e-12, "solver.method": method}))
+    rotor, stator, _ = motion_of(scene, result.time)
     assert result.summary.contact_onsets >= 4 and (result.normal_force.max(axis=0) > 10.0).all()
     assert np.abs(result.rotor - rotor).max() < 1e-8 * 1e-4
     assert np.abs(result.stator - stator).max() < 1e-8 * 1e-4

@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import rsc
+from once import once
 from rsc.analysis.alone.free_vibration import threshold_speed
 from rsc.analysis.balance.balance import balance
 from rsc.analysis.balance.floquet import balance_growth
@@ -53,6 +54,7 @@ def scene_of(tables, method="auto", rtol=1e-9):
     return rsc.Scene.from_dict({**tables, "solver": {"rtol": rtol, "method": method}})
 
 
+@once
 def in_y_and_z(system, start, time):
     """Displacements of the rotor by the equations of y and z apart, real, for any speed schedule; of one-sided damping and
     Coulomb friction as the scene has them. Nothing complex but the answer."""
