@@ -18,10 +18,10 @@ from rsc.scene.bodies.reduced import Reduction
 from rsc.scene.bodies.shaft_keys import MaterialKeys, ShaftRotor
 from rsc.scene.bodies.states import MagneticBearing, States
 from rsc.scene.files.matrix_files import MatrixReader
-from rsc.scene.keys.keys import (
+from rsc.scene.keys.keys import OPTIONAL, REQUIRED
+from rsc.scene.keys.nested import Ends, Inner, Tables
+from rsc.scene.keys.readers import (
     LONGEST_NAME,
-    OPTIONAL,
-    REQUIRED,
     Choice,
     Eccentricity,
     EccentricityReader,
@@ -38,8 +38,7 @@ from rsc.scene.keys.keys import (
     Text,
     plain,
 )
-from rsc.scene.keys.nested import Ends, Inner, Tables
-from rsc.scene.scene import MAX_TITLE
+from rsc.scene.reading import MAX_TITLE
 from rsc.scene.tables.clearances import MAX_CLEARANCES, Clearance
 from rsc.scene.tables.contacts import MAX_CONTACTS, Contact
 from rsc.scene.tables.display import Display

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from rsc.analysis.paper.receptance import receptance
-from rsc.analysis.paper.whirls import whirl_roots
+from rsc.analysis.paper.roots import whirl_roots
 
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "tests" / "support"), str(ROOT / "tools")]

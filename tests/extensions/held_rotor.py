@@ -10,7 +10,8 @@ import numpy as np
 
 from rsc.scene.bodies.body_model import LOAD_GROUP, LoadedRotor
 from rsc.scene.bodies.models import ROTORS
-from rsc.scene.keys.keys import NO_ECCENTRICITY, Number, Polar, PolarReader, Sequence, declare
+from rsc.scene.keys.keys import declare
+from rsc.scene.keys.readers import NO_ECCENTRICITY, Number, Polar, PolarReader, Sequence
 
 PAIR = Sequence(Number("length"))
 

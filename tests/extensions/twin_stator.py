@@ -7,7 +7,8 @@ import numpy as np
 
 from rsc.scene.bodies.body_model import BodyModel
 from rsc.scene.bodies.models import STATORS
-from rsc.scene.keys.keys import Number, declare
+from rsc.scene.keys.keys import declare
+from rsc.scene.keys.readers import Number
 
 FREQUENCY = Number("frequency", above=0.0)
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from rsc.analysis.paper.predict import predict_system
+from rsc.analysis.paper.roots import whirl_roots
 from rsc.analysis.paper.stability import whirl_growth
-from rsc.analysis.paper.whirls import normal_force, whirl_roots, whirl_shapes
+from rsc.analysis.paper.whirls import normal_force, whirl_shapes
 from systems import TWO_PI, changed, jeffcott, make_system, quantity, reference
 
 MASS, STIFFNESS, DAMPING = (2.0, 0.7), (8e4, 3e5), (25.0, 60.0)  # of rotor and stator

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.analysis.paper.whirls import whirl_roots
+from rsc.analysis.paper.roots import whirl_roots
 from rsc.kernel.clock import Clock, Segment, ahead
 from rsc.kernel.simd.jit import entry
 from rsc.measure.course import course, windows_of

@@ -14,7 +14,7 @@ import numpy as np
 import rsc
 from rsc.results import budget
 from rsc.scene.files.templates import MODELS, template
-from rsc.scene.scene import all_keys
+from rsc.scene.reading import all_keys
 from rsc.study.run.start import run_of
 from rsc.system.assemble import assemble
 from scenes import DRIVEN, PUSHED

@@ -23,7 +23,8 @@ def add(commands: Commands) -> None:
 def check_command(options: argparse.Namespace) -> int:
     from rsc.results.structure import refuse_other_file
     from rsc.show.page import page_file
-    from rsc.show.words.text import report_plain, report_text
+    from rsc.show.words.plain import report_plain
+    from rsc.show.words.text import report_text
     from rsc.study.report.check import report, run_for_report
     from rsc.study.report.stored import NAME, stored
 

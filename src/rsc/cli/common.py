@@ -26,7 +26,8 @@ Commands = Callable[[str, Callable[[argparse.Namespace], int], str], argparse.Ar
 
 
 def print_summary(result: "Trajectory", options: argparse.Namespace, more: str = "") -> None:
-    from rsc.show.words.text import plain, result_text
+    from rsc.show.words.plain import plain
+    from rsc.show.words.text import result_text
 
     print(json.dumps(plain(result.summary) | clearances_plain(result)) if options.json else result_text(result) + more)
 

@@ -24,7 +24,8 @@ def add(commands: Commands) -> None:
 def compare_command(options: argparse.Namespace) -> int:
     from rsc.measured.measured import read_measured
     from rsc.show.page import page_file
-    from rsc.show.words.text import report_plain, report_text
+    from rsc.show.words.plain import report_plain
+    from rsc.show.words.text import report_text
     from rsc.study.report.compare import compare
 
     scene, file = scene_and_measured(options, "compare")

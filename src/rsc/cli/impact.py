@@ -20,7 +20,7 @@ def add(commands: Commands) -> None:
 
 def impact_command(options: argparse.Namespace) -> int:
     from rsc.show.words.impulses import impulses_text
-    from rsc.show.words.text import plain
+    from rsc.show.words.plain import plain
     from rsc.study.motions.smallest_impulse import smallest_impulse
 
     scene = load(options.scene)

@@ -16,7 +16,7 @@ def add(commands: Commands) -> None:
 def limits_command(options: argparse.Namespace) -> int:
     from rsc.analysis.alone.limits import limits
     from rsc.show.words.limits import limits_text
-    from rsc.show.words.text import plain
+    from rsc.show.words.plain import plain
 
     scene = load(options.scene)
     made = limits(scene)

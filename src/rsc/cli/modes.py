@@ -35,7 +35,7 @@ def add(commands: Commands) -> None:
 def modes_command(options: argparse.Namespace) -> int:
     from rsc.analysis.alone.modes import modes
     from rsc.show.pictures.modes import SHOWN, campbell, campbell_text, modes_text
-    from rsc.show.words.text import plain
+    from rsc.show.words.plain import plain
     from rsc.show.words.wording import sentence_in_units
     from rsc.study.prediction.predictions import turned_forward
     from rsc.study.prediction.reductions import mode_remarks
@@ -77,7 +77,7 @@ def _of_model(options: argparse.Namespace) -> int:
     from rsc.machine.imports.store import load_model
     from rsc.machine.model.modes import slowest_modes
     from rsc.show.pictures.modes import SHOWN, model_text
-    from rsc.show.words.text import plain
+    from rsc.show.words.plain import plain
 
     if options.speeds is not None or options.output is not None:
         raise SolverError(f"{options.scene}: an imported model needs a single --speed; give a scene for --speeds")
@@ -92,7 +92,7 @@ def _critical_map(scene: Any, options: argparse.Namespace) -> int:
     """The undamped critical speed map."""
     from rsc.analysis.alone.critical_map import critical_map
     from rsc.show.pictures.critical_map import critical_speeds, map_text
-    from rsc.show.words.text import plain
+    from rsc.show.words.plain import plain
 
     if options.speed is not None or options.speeds is not None:
         raise SolverError("--stiffness: cannot be combined with --speed or --speeds, it concerns the speeds at resonance")

@@ -25,7 +25,7 @@ def add(commands: Commands) -> None:
 
 def motions_command(options: argparse.Namespace) -> int:
     from rsc.show.words.motions import motions_text
-    from rsc.show.words.text import plain
+    from rsc.show.words.plain import plain
     from rsc.study.motions.motions import motions
 
     scene, ended = load(options.scene), OK

@@ -37,9 +37,10 @@ def predict_command(options: argparse.Namespace) -> int:
 
 
 def _at_speeds(scene: "Scene", options: argparse.Namespace, speeds: list[float]) -> int:
+    from rsc.show.words.plain import plain, whirls_plain
     from rsc.show.words.sensitivities import sensitivity_text
     from rsc.show.words.several import several_text
-    from rsc.show.words.text import plain, whirls_plain, whirls_text
+    from rsc.show.words.text import whirls_text
     from rsc.study.prediction.predictions import predictions
 
     with signs_of_life():
@@ -75,7 +76,8 @@ def _of_sets(scene: "Scene", options: argparse.Namespace) -> int:
 
 
 def _over_the_run(scene: "Scene", options: argparse.Namespace) -> int:
-    from rsc.show.words.text import survey_plain, survey_text
+    from rsc.show.words.plain import survey_plain
+    from rsc.show.words.text import survey_text
     from rsc.study.prediction.predictions import surveyed, turned_forward
 
     _refuse_output(options)

@@ -18,8 +18,8 @@ def add(commands: Commands) -> None:
 
 
 def remedy_command(options: argparse.Namespace) -> int:
+    from rsc.show.words.plain import plain
     from rsc.show.words.remedies import remedies_text
-    from rsc.show.words.text import plain
     from rsc.study.motions.remedy import remedy
 
     scene, ended = load(options.scene), OK

@@ -76,7 +76,8 @@ def _probes(options: argparse.Namespace) -> dict[str, float]:
 
 def info_command(options: argparse.Namespace) -> int:
     from rsc.results.trajectory import load
-    from rsc.show.words.text import plain, result_text
+    from rsc.show.words.plain import plain
+    from rsc.show.words.text import result_text
     from rsc.show.words.units import prefer
 
     result = load(options.result)

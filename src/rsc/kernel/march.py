@@ -5,162 +5,25 @@ next step depends on. Inside the loop all of it is in local values (`Tally`, `Co
 read and written once, because Numba counts references wherever an array is passed to a helper.
 """
 
-from typing import NamedTuple
-
-from rsc.kernel.clock import Segment, at_start, clock_in, corners_of, passed_knot, planned, segment_of, settled, turn_of
-from rsc.kernel.contact import CLOSING, OPEN, OPENING, classify, law_of, stays
+from rsc.kernel.clock import Segment, at_start, corners_of, passed_knot, planned, segment_of, settled
+from rsc.kernel.contact import OPEN, stays
 from rsc.kernel.control import factor, kept_between
-from rsc.kernel.drive import stands, until_knot
+from rsc.kernel.drive import until_knot
+from rsc.kernel.ends import judge, stop_before
 from rsc.kernel.facts import add_steps, mark_all, stretches_of
-from rsc.kernel.flight import TAKE_OFF, Records, after_step, fly, is_ready, laws_of, next_time
-from rsc.kernel.model import (
-    BUFFER_FULL,
-    COUNT_OF_CONTACT,
-    DIVERGED,
-    FINISHED,
-    FLIGHT,
-    N_COUNT,
-    NON_FINITE,
-    NORMAL,
-    PHASE,
-    RUNNING,
-    SAMPLES,
-    SEGMENT,
-    STEP_COLLAPSED,
-    STOPPED,
-    T_HI,
-    T_LO,
-    TOO_MANY_STEPS,
-    TOO_STIFF,
-    H,
-    constants,
-)
-from rsc.kernel.questions import flies, is_none, is_one
-from rsc.kernel.rhs import accelerations, contact_kinematics, field_itself, no_powers, rows_times
+from rsc.kernel.flight import TAKE_OFF, Records, after_step, fly, is_ready, next_time
+from rsc.kernel.model import FINISHED, FLIGHT, SAMPLES, SEGMENT, H, constants
+from rsc.kernel.progress import Progress, State, enter, laws_of, put_away, rate_slopes, resume, state_at
+from rsc.kernel.questions import flies, is_none
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import aligned_stack, room_for_addresses
 from rsc.kernel.simd.jit import entry, inlined
 from rsc.kernel.simd.static import static
-from rsc.kernel.step import attempt, error_square, size_square
-from rsc.kernel.switches import EPS, Path, may_leave_inside, search, slope_of_rate
-from rsc.kernel.tally import (
-    SampleRows,
-    book,
-    count_rejected,
-    count_switch,
-    end_window,
-    load_tally,
-    save_samples,
-    store_tally,
-)
+from rsc.kernel.step import attempt, error_square
+from rsc.kernel.switches import Path, may_leave_inside, search
+from rsc.kernel.tally import SampleRows, book, count_rejected, count_switch, load_tally, save_samples, store_tally
 
 MAX_SEARCH = 16
-# stiffness is judged every WINDOW steps: at least MANY of them longer than NEAR times the stability limit (where steps limited by
-# stability usually are), though the motion would allow LOSS times longer ones; detected at most WINDOW + MANY steps after onset
-WINDOW, MANY, NEAR, LOSS = 512, 256, 0.4, 10.0
-
-
-class State(NamedTuple):
-    """A point where a step starts or ends."""
-
-    x: object
-    v: object
-    a: object
-    powers: object
-    clock: object
-    kins: tuple  # Kinematics of each contact
-    rate_slopes: tuple  # p'' of each, see `switches.slope_of_rate`
-
-
-class ContactState(NamedTuple):
-    """State of a contact and its force law."""
-
-    normal: int
-    friction: int
-    law: object
-
-
-class Contacts(NamedTuple):
-    """The state of all contacts."""
-
-    each: tuple  # `ContactState` of each contact
-    near_limit: float  # s, steps longer than this count as near the stability limit
-
-
-class Progress(NamedTuple):
-    """State of a run between two steps."""
-
-    start: State
-    contacts: Contacts
-    h: float  # s, length of the next step
-    tally: object
-    segment: object
-    i_segment: int
-    sample: int  # number of the next sample
-    finite: bool  # whether the last attempt was finite
-    flight: object  # Work.real[FLIGHT], () if the scene has no exact flight
-
-
-@static
-def _contacts_in(contacts, states):
-    """The ContactState of each contact for given (normal, friction) states."""
-    if is_none(contacts):
-        return ()
-    normal, friction = states[0]
-    return (ContactState(normal, friction, law_of(contacts[0], normal, friction)),) + _contacts_in(contacts[1:], states[1:])
-
-
-@static
-def _anywhere(each, normal):
-    """Whether any contact is in this normal state."""
-    if is_none(each):
-        return False
-    return each[0].normal == normal or _anywhere(each[1:], normal)
-
-
-@inlined
-def contacts_of(con, states):
-    """The Contacts for given (normal, friction) states."""
-    each = _contacts_in(con.contacts, states)
-    stable = con.stable_open
-    if _anywhere(each, OPENING):
-        stable = con.stable_opening
-    elif _anywhere(each, CLOSING):
-        stable = con.stable_closing
-    return Contacts(each, NEAR * stable)
-
-
-@static
-def _classified(contacts, kins):
-    """(normal, friction) state of every contact."""
-    if is_none(contacts):
-        return ()
-    return (classify(contacts[0], kins[0]),) + _classified(contacts[1:], kins[1:])
-
-
-@static
-def _rate_slopes(contacts, laws, kins, a, clock):
-    """`slope_of_rate` of every contact."""
-    if is_none(contacts):
-        return ()
-    slope = slope_of_rate(contacts[0], laws[0], kins[0], a, clock)
-    return (slope,) + _rate_slopes(contacts[1:], laws[1:], kins[1:], a, clock)
-
-
-@static
-def _places_in(kins):
-    return () if is_none(kins) else (kins[0].place,) + _places_in(kins[1:])
-
-
-@inlined
-def state_at(con, laws, segment, x, v, clock):
-    """The State from which a step can start, with accelerations and contact kinematics."""
-    turn = turn_of(clock)
-    kins, d_dot = contact_kinematics(con.contacts, x, v, turn), rows_times(con.contacts, v)
-    field = field_itself(con, laws, clock)
-    a, powers = accelerations(con, field, (x, v, d_dot), turn, _places_in(kins), 1.0, no_powers(con))
-    clock = settled(con, segment, clock, a)
-    return State(x, v, a, powers, clock, kins, _rate_slopes(con.contacts, laws, kins, a, clock))
 
 
 @inlined
@@ -169,21 +32,8 @@ def _try_step(con, laws, segment, start, before, h, method):
     end, Step)."""
     step = attempt(con, laws, start, before, planned(con, segment, start.clock, h), h, method)
     end, x = settled(con, segment, step.clock, step.a), at_start(con, step.x)
-    slopes = _rate_slopes(con.contacts, laws, step.kins, step.a, end)
+    slopes = rate_slopes(con.contacts, laws, step.kins, step.a, end)
     return State(x, step.v, step.a, step.powers, end, step.kins, slopes), step
-
-
-@inlined
-def _stop_before(start, h, finite, left):
-    """Return code if no further step may be attempted, else -1; left = (steps, attempts, output rows) still available."""
-    if not h >= max(10.0 * EPS * start.clock.hi, 1e-290):  # written such that NaN ends the run, too
-        return STEP_COLLAPSED if finite else NON_FINITE
-    steps, attempts, rows_left = left
-    if steps <= 0:
-        return TOO_MANY_STEPS
-    if attempts <= 0:
-        return RUNNING
-    return BUFFER_FULL if rows_left < 0.0 else -1
 
 
 @inlined
@@ -235,97 +85,6 @@ def _check_switch(con, contact, path, kins, slopes, tries, method):
     if tries >= MAX_SEARCH or (inside and not may_leave_inside(con, contact.normal, kins, slopes, path.h)):
         return inside, 0.0
     return inside, search(con, (contact.normal, contact.friction), path, kins, method)
-
-
-@inlined
-def _is_stiff(con, tally, near_limit, start):
-    """Whether most steps of the window just ended are near the stability limit and much shorter than the motion needs."""
-    if tally.limited < MANY:
-        return False
-    # a fast motion alone is not stiff: it is if steps are this short although the actual motion would allow longer ones
-    rate2 = size_square(start.v) / size_square(start.x)  # squared rate of the whole motion, 1/s^2; NaN at rest
-    needed = LOSS / NEAR * near_limit
-    return con.h_max >= needed and con.resolved_angle * con.resolved_angle >= needed * needed * rate2
-
-
-@static
-def _pressed_most(each):
-    """The largest normal state among the contacts."""
-    if is_one(each):
-        return each[0].normal
-    return max(each[0].normal, _pressed_most(each[1:]))
-
-
-@inlined
-def _judge(con, tally, contacts, start, end):
-    """(tally, return code if the run ends after an accepted step, else -1); end: end time of the run, s."""
-    code = -1 if size_square(start.x) <= con.divergence2 else DIVERGED
-    if code < 0 and stands(con, start.v):
-        code = STOPPED
-    if tally.steps % WINDOW != 0:
-        return tally, code
-    stiff = tally.stiff
-    if code < 0 and stiff == 0 and _is_stiff(con, tally, contacts.near_limit, start):
-        stiff = 1 + _pressed_most(contacts.each)
-        # with steps at the stability limit the run cannot reach its end
-        if tally.steps + (end - start.clock.hi) * NEAR / contacts.near_limit > con.max_steps:
-            code = TOO_STIFF
-    return end_window(tally, stiff), code
-
-
-@inlined
-def enter(con, segment, start):
-    """(State, Contacts) after a switch or a corner of the schedule, where the right-hand side has a kink and nothing can be
-    reused."""
-    contacts = contacts_of(con, _classified(con.contacts, start.kins))
-    clock = clock_in(con, segment, start.clock.hi, start.clock.lo, start.clock.phase, start.v)
-    return state_at(con, laws_of(contacts.each), segment, start.x, start.v, clock), contacts
-
-
-@static
-def _stored_states(contacts, count, at):
-    """(normal, friction) of every contact from Work.count; those of the first one are stored at index `at`."""
-    if is_none(contacts):
-        return ()
-    following = _behind(at)
-    return ((count[at], count[at + 1]),) + _stored_states(contacts[1:], count, following)
-
-
-@inlined
-def _behind(at):
-    """Index in Work.count of the states of the next contact."""
-    return N_COUNT if at == NORMAL else at + len(COUNT_OF_CONTACT)
-
-
-@static
-def _store_states(each, count, at):
-    if is_none(each):
-        return
-    count[at], count[at + 1] = each[0].normal, each[0].friction
-    _store_states(each[1:], count, _behind(at))
-
-
-@inlined
-def _resume(model, con, work, width):
-    """(State, Contacts) where the last call ended; at the start of a run (normal state -1) the motion determines the states."""
-    real, count = work.real, work.count
-    x, v = vec.load(work.x, width), vec.load(work.v, width)
-    segment = segment_of(corners_of(model), count[SEGMENT])
-    clock = clock_in(con, segment, real[T_HI], real[T_LO], real[PHASE], v)
-    if count[NORMAL] < 0:
-        states = _classified(con.contacts, contact_kinematics(con.contacts, x, v, turn_of(clock)))
-        _store_states(_contacts_in(con.contacts, states), count, NORMAL)
-    contacts = contacts_of(con, _stored_states(con.contacts, count, NORMAL))
-    return state_at(con, laws_of(contacts.each), segment, x, v, clock), contacts
-
-
-@inlined
-def _put_away(work, start, contacts, h):
-    vec.store(work.x, start.x)
-    vec.store(work.v, start.v)
-    real = work.real
-    real[T_HI], real[T_LO], real[PHASE], real[H] = start.clock.hi, start.clock.lo, start.clock.phase, h
-    _store_states(contacts.each, work.count, NORMAL)
 
 
 @static
@@ -388,7 +147,7 @@ def walk(con, corners, where, stretch, progress, method, budget):
         h_try = h_search if h_search > 0.0 else min(h, left)
         if not h_search > 0.0:
             rows_left = where.rows - (sample - where.first) - h_try * con.sample_rate - 2.0
-            code = _stop_before(start, h, finite, (con.max_steps - tally.steps, budget - spent, rows_left))
+            code = stop_before(start, h, finite, (con.max_steps - tally.steps, budget - spent, rows_left))
             code = _or_fly(con, code, flight, contacts, start.clock)
             if code >= 0:
                 break
@@ -428,7 +187,7 @@ def walk(con, corners, where, stretch, progress, method, budget):
             left_states = contacts.each
             start, contacts = enter(con, segment, start)
             tally = count_switch(tally, inside, left_states, contacts.each)
-        tally, code = _judge(con, tally, contacts, start, end)
+        tally, code = judge(con, tally, contacts, start, end)
         if code >= 0:
             break
     return code, len(method) * spent, Progress(start, contacts, h, tally, segment, i_segment, sample, finite, flight)
@@ -466,7 +225,7 @@ def march(model, work, out, rows, width, method, budget):
     aligned_stack()
     room_for_addresses()
     con = constants(model, width)
-    start, contacts = _resume(model, con, work, width)
+    start, contacts = resume(model, con, work, width)
     i_segment, first = work.count[SEGMENT], work.count[SAMPLES]
     corners = corners_of(model)
     tally, segment = load_tally(con, work, width), segment_of(corners, i_segment)
@@ -476,7 +235,7 @@ def march(model, work, out, rows, width, method, budget):
     stretch = stretches_of(model, work, rows)
     code, calls, progress = _travel(con, corners, where, stretch, progress, method, budget)
     mark_all(stretch, progress.tally, progress.start)
-    _put_away(work, progress.start, progress.contacts, progress.h)
+    put_away(work, progress.start, progress.contacts, progress.h)
     _put_flight_away(work, progress.flight)
     store_tally(work, progress.tally, calls)
     work.count[SAMPLES], work.count[SEGMENT] = progress.sample, progress.i_segment

@@ -6,7 +6,8 @@ from typing import Any
 
 from rsc.errors import SceneError, nearest, one_line, shown
 from rsc.scene.files.toml_file import tables_of, text_of
-from rsc.scene.keys.keys import OPTIONAL, Choice, Integer, Number, RawTable, Sequence, Text, as_list, declare, read_table
+from rsc.scene.keys.keys import OPTIONAL, RawTable, declare, read_table
+from rsc.scene.keys.readers import Choice, Integer, Number, Sequence, Text, as_list
 
 COLUMN = "a column: its name in the head of the file, or its number from \"1\" on"
 BETWEEN = 1.0  # degrees; probes whose directions differ by less cannot tell a plane motion

@@ -13,7 +13,8 @@ from dataclasses import fields, replace
 from typing import Any, Protocol
 
 from rsc.errors import SceneError, one_line, shown
-from rsc.scene.keys.keys import Later, Number, PairReader, Polar, PolarReader, RawTable, Sequence, plain
+from rsc.scene.keys.keys import RawTable
+from rsc.scene.keys.readers import Later, Number, PairReader, Polar, PolarReader, Sequence, plain
 
 EVERY = "contact.*"
 # parts of an eccentricity with separate names, in the order of `PolarReader.items`, and their meaning

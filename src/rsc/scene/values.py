@@ -7,22 +7,11 @@ from typing import Any
 
 from rsc.errors import SceneError, nearest, one_line, shown
 from rsc.scene.files.matrix_files import MatrixReader
-from rsc.scene.keys.keys import (
-    Choice,
-    Flag,
-    Integer,
-    Later,
-    Listed,
-    Number,
-    PairReader,
-    PolarReader,
-    RawTable,
-    Sequence,
-    Text,
-    plain,
-)
+from rsc.scene.keys.keys import RawTable
+from rsc.scene.keys.readers import Choice, Flag, Integer, Later, Listed, Number, PairReader, PolarReader, Sequence, Text, plain
 from rsc.scene.names import POLAR, at_contacts, each_contact, leading, pairs_of, polar_name, polar_readers
-from rsc.scene.scene import Scene, all_names
+from rsc.scene.reading import all_names
+from rsc.scene.scene import Scene
 from rsc.units import DIMENSIONS
 
 _NAME = re.compile(r"(\w+(?:\.\w+(?:\[\d{1,4}\])?)?)\.(\w+)((?:\[\d{1,4}\])*)", re.ASCII)

@@ -16,9 +16,10 @@ from rsc.analysis.paper.receptance import (
     receptance_stator,
     uncoupled_frequencies,
 )
+from rsc.analysis.paper.roots import whirl_roots
 from rsc.analysis.paper.stability import whirl_eigenvalues
 from rsc.analysis.paper.synchronous import synchronous_response
-from rsc.analysis.paper.whirls import normal_force, side_conditions, steady_whirls, whirl_roots, whirl_shapes, whirls_by_place
+from rsc.analysis.paper.whirls import normal_force, side_conditions, steady_whirls, whirl_shapes, whirls_by_place
 from rsc.system.system import stacked
 from systems import TWO_PI, beside_scan, changed, expected, jeffcott, make_system, quantity, random_system, reference, scan_grid
 
@@ -200,7 +201,7 @@ def test_the_plain_eigenvalue_problem_has_the_roots_of_the_pencil(monkeypatch):
     rng = np.random.default_rng(4)
     systems = [random_system(rng) for _ in range(40)]
     plain = [whirl_roots(system, 200.0) for system in systems]
-    monkeypatch.setattr("rsc.analysis.paper.whirls._ELIMINATED", 0.0)
+    monkeypatch.setattr("rsc.analysis.paper.roots._ELIMINATED", 0.0)
     for system, roots in zip(systems, plain, strict=True):
         assert whirl_roots(system, 200.0) == pytest.approx(roots, rel=1e-9)
 

@@ -14,8 +14,9 @@ from rsc.analysis.follow.patience import Patience, silent
 from rsc.analysis.follow.whirls import bound_at, seeds_at_one
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import phase_slopes, receptance
+from rsc.analysis.paper.roots import whirl_roots
 from rsc.analysis.paper.stability import whirl_growths
-from rsc.analysis.paper.whirls import normal_force, steady_whirls, whirl_roots
+from rsc.analysis.paper.whirls import normal_force, steady_whirls
 from rsc.errors import SceneError
 from rsc.system.assemble import assemble
 from rsc.system.knots import Knots

@@ -11,9 +11,9 @@ from rsc.analysis.balance.floquet import balance_growth
 from rsc.analysis.follow.branches import branches
 from rsc.analysis.follow.escape import pressed_frequencies
 from rsc.analysis.paper.receptance import contact_receptance, receptance
+from rsc.analysis.paper.roots import whirl_roots
 from rsc.analysis.paper.small_motions import small_motion
 from rsc.analysis.paper.stability import whirl_eigenvalues
-from rsc.analysis.paper.whirls import whirl_roots
 from rsc.analysis.several.condition import pressed
 from rsc.analysis.survey.remarks import scene_remarks
 from rsc.errors import SolverError

@@ -16,7 +16,8 @@ from rsc.analysis.several.predict import predict
 from rsc.analysis.survey.survey import survey
 from rsc.errors import SceneError
 from rsc.show.pictures.branch_map import branch_map
-from rsc.show.words.text import survey_plain, survey_text, whirls_plain, whirls_text
+from rsc.show.words.plain import survey_plain, whirls_plain
+from rsc.show.words.text import survey_text, whirls_text
 from systems import TWO_PI, changed, random_rotor, reference, reference_scene
 
 SPEEDS = np.linspace(20.0, 150.0, 66)

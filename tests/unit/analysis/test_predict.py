@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from rsc.analysis.paper.predict import Whirl, predict_system
+from rsc.analysis.paper.roots import whirl_roots
 from rsc.analysis.paper.stability import whirl_growth
 from rsc.analysis.paper.synchronous import synchronous_response
-from rsc.analysis.paper.whirls import normal_force, side_conditions, whirl_roots
+from rsc.analysis.paper.whirls import normal_force, side_conditions
 from rsc.analysis.several.predict import predict
 from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble

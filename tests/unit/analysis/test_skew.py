@@ -14,8 +14,9 @@ from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.receptance import contact_receptance, receptance_rotor, receptance_stator
 from rsc.analysis.paper.rolling import rolling_whirls
+from rsc.analysis.paper.roots import whirl_roots
 from rsc.analysis.paper.stability import whirl_eigenvalues, whirl_growth
-from rsc.analysis.paper.whirls import steady_whirls, whirl_roots, whirl_shapes, whirls_by_place
+from rsc.analysis.paper.whirls import steady_whirls, whirl_shapes, whirls_by_place
 from rsc.analysis.survey.remarks import scene_remarks
 from rsc.machine.imports.ross import read_ross
 from rsc.system.system import stacked
@@ -95,7 +96,7 @@ def test_the_pencil_has_the_same_roots(monkeypatch):
     rng = np.random.default_rng(4)
     systems = [with_skew(rng, random_system(rng)) for _ in range(40)]
     plain = [whirl_roots(system, 200.0) for system in systems]
-    monkeypatch.setattr("rsc.analysis.paper.whirls._ELIMINATED", 0.0)
+    monkeypatch.setattr("rsc.analysis.paper.roots._ELIMINATED", 0.0)
     for system, roots in zip(systems, plain, strict=True):
         assert whirl_roots(system, 200.0) == pytest.approx(roots, rel=1e-9)
 

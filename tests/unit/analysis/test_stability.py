@@ -5,8 +5,9 @@ import pytest
 from scipy.optimize import brentq
 
 from rsc.analysis.paper.rolling import rolling_whirls
+from rsc.analysis.paper.roots import whirl_roots
 from rsc.analysis.paper.stability import whirl_growth, whirl_growths
-from rsc.analysis.paper.whirls import normal_force, whirl_roots
+from rsc.analysis.paper.whirls import normal_force
 from systems import TWO_PI, changed, expected, random_system, reference
 from whirl_motions import distance_between, integrated, numerical_eigenvalues
 

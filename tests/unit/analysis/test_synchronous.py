@@ -5,19 +5,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from rsc.analysis.paper.receptance import receptance
+from rsc.analysis.paper.roots import whirl_roots
 from rsc.analysis.paper.synchronous import forward_rub, synchronous_resonance, synchronous_response, unbalance_response
-from rsc.analysis.paper.whirls import normal_force, whirl_roots, whirl_shapes
-from systems import (
-    TWO_PI,
-    accelerations,
-    changed,
-    contact_force,
-    expected,
-    fixed_frame_rate,
-    jeffcott,
-    random_system,
-    reference,
-)
+from rsc.analysis.paper.whirls import normal_force, whirl_shapes
+from systems import TWO_PI, accelerations, changed, contact_force, expected, fixed_frame_rate, jeffcott, random_system, reference
 
 
 def whirls(system, Omega):

@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 
 from rsc.errors import SceneError
 from rsc.scene.files.templates import template
-from rsc.scene.scene import Scene, all_keys, load_scene
+from rsc.scene.reading import all_keys
+from rsc.scene.scene import Scene, load_scene
 
 LAVAL = {
     "title": "base",

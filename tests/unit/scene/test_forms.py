@@ -13,8 +13,10 @@ from rsc.errors import SceneError
 from rsc.scene.bodies import models, shaft_keys, shafts
 from rsc.scene.bodies.reduced import Reduction
 from rsc.scene.keys.forms import Form, declared_in, exclusive
-from rsc.scene.keys.keys import Number, RawTable, declare, known_keys, read_table
-from rsc.scene.scene import _SECTIONS, Scene
+from rsc.scene.keys.keys import RawTable, declare, known_keys, read_table
+from rsc.scene.keys.readers import Number
+from rsc.scene.reading import SECTIONS
+from rsc.scene.scene import Scene
 from rsc.scene.tables.drive import Drive
 from rsc.scene.tables.start import Start
 from rsc.system.knots import FOLLOWING
@@ -49,7 +51,7 @@ def test_a_new_form_is_whole_and_alone(monkeypatch):
     forms = (*Drive.forms, Form(("swing", "duration")))
     swinging = declared_in(with_key(Drive, forms=forms, one_of=exclusive(forms)))
     monkeypatch.setattr("rsc.scene.tables.drive.Drive", swinging)
-    monkeypatch.setitem(_SECTIONS, "drive", swinging)
+    monkeypatch.setitem(SECTIONS, "drive", swinging)
     for keys, message in (
         ({"swing": 3.0}, r"drive\.duration = \(missing\)"),
         ({"swing": 3.0, "duration": 1.0, "schedule": [[0, 1], [1, 2]]}, r"must be left out when duration is given"),
@@ -144,7 +146,7 @@ def loaded_names():
 
 def test_every_declared_key_is_read_somewhere():
     """A key that is only declared, read and stored has no effect, which nobody would notice."""
-    sections = [*_SECTIONS.values(), *models.ROTORS.values(), *models.STATORS.values()]
+    sections = [*SECTIONS.values(), *models.ROTORS.values(), *models.STATORS.values()]
     declared = {f"{section.__name__}.{item.name}": item.name for section in sections for item in fields(section)}
     names = loaded_names() | {f"{name}_{end}" for name in FOLLOWING for end in ("knots", "until")}  # these are put together
     assert not {where for where, name in declared.items() if name not in names}

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from rsc.errors import SceneError
 from rsc.scene.files.templates import MODELS, STARTS, template
-from rsc.scene.keys.keys import Polar
+from rsc.scene.keys.readers import Polar
 from rsc.scene.scene import Scene, load_scene
 from rsc.system.assemble import assemble
 from systems import quantities

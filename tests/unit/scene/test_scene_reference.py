@@ -10,7 +10,7 @@ import pytest
 
 from rsc import Scene, SceneError, load_scene
 from rsc.scene.files.templates import MODELS, template
-from rsc.scene.scene import all_keys
+from rsc.scene.reading import all_keys
 
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").exists())
 sys.path.append(str(ROOT / "tools"))

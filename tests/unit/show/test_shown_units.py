@@ -16,8 +16,9 @@ from rsc.show.pictures.album import described
 from rsc.show.sweeps import pictures as sweep_pictures
 from rsc.show.sweeps.page import sweep_page
 from rsc.show.words.answer import answer
+from rsc.show.words.plain import report_plain
 from rsc.show.words.table import in_units
-from rsc.show.words.text import report_plain, report_text
+from rsc.show.words.text import report_text
 from rsc.show.words.units import SYSTEMS, column, shown_in, unit_for
 from rsc.show.words.wording import amount, frequency_text, length, sentence_in_units, speed_range, speed_text, vibration
 from rsc.study.sweep.plan import make_plan

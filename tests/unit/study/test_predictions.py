@@ -6,7 +6,7 @@ import pytest
 
 import rsc
 from rsc.cli import main
-from rsc.show.words.text import plain, survey_plain, whirls_plain
+from rsc.show.words.plain import plain, survey_plain, whirls_plain
 from rsc.study.prediction.predictions import predictions, surveyed
 from systems import REFERENCE, reference_scene
 

@@ -16,8 +16,9 @@ from rsc.measure.windows import branches_of
 from rsc.results.at_contact import at_contact
 from rsc.show.page import page
 from rsc.show.words.answer import answer
+from rsc.show.words.plain import report_plain
 from rsc.show.words.reasons import percent
-from rsc.show.words.text import report_plain, report_text
+from rsc.show.words.text import report_text
 from rsc.study.report.check import report
 from scenes import TWO
 from two_seals import PUMP, pump

@@ -15,7 +15,8 @@ from rsc.analysis.follow.branch import Branch
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.predict import Whirl, refuse_backwards
 from rsc.analysis.paper.receptance import contact_receptance, receptance
-from rsc.analysis.paper.whirls import normal_force, whirl_roots
+from rsc.analysis.paper.roots import whirl_roots
+from rsc.analysis.paper.whirls import normal_force
 from rsc.analysis.several.predict import predict
 from rsc.arguments import SCENE, SPEED, optional, takes
 from rsc.system.assemble import SceneLike, assemble

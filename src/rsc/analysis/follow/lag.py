@@ -47,7 +47,7 @@ def lag(system: System, time: NDArray[np.float64], speed: NDArray[np.float64], P
         With finite contact stiffness.
     time : (n,) s, rising
     speed, Psi : (n,) rad/s
-        Rotor speed and whirl frequency, `rsc.analysis.paper.whirls.whirl_roots`.
+        Rotor speed and whirl frequency, `rsc.analysis.paper.roots.whirl_roots`.
     F_N : (n,) N
     shift : (n,) 1/s, optional
         What the unbalance adds to the growth rate of the slowest small motion.

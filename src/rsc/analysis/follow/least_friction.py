@@ -11,7 +11,8 @@ from rsc.analysis.follow.lines import FOLD
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import contact_receptance, coupled_frequencies, phase_slopes, receptance_rotor
 from rsc.analysis.paper.rolling import rolling_whirls
-from rsc.analysis.paper.whirls import normal_force, whirl_roots
+from rsc.analysis.paper.roots import whirl_roots
+from rsc.analysis.paper.whirls import normal_force
 from rsc.system.assemble import SceneLike, assemble
 
 ROLLS, LIMIT = "it rolls (13)", "end of the band or of the contact's depth"

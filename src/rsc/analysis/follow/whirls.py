@@ -11,9 +11,10 @@ from rsc.analysis.follow.patience import Patience
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.predict import Whirl, whirls_of
 from rsc.analysis.paper.receptance import contact_receptance
+from rsc.analysis.paper.roots import roots_by_place
 from rsc.analysis.paper.stability import Growth, whirl_growths
 from rsc.analysis.paper.states import free_matrix
-from rsc.analysis.paper.whirls import normal_force, roots_by_place
+from rsc.analysis.paper.whirls import normal_force
 from rsc.analysis.several.condition import Whirling
 from rsc.analysis.several.described import described
 from rsc.analysis.several.growth import growths

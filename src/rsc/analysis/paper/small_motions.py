@@ -9,8 +9,9 @@ import scipy
 
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import receptance
+from rsc.analysis.paper.roots import whirl_roots
 from rsc.analysis.paper.stability import Growth, state_matrices, whirl_eigenvalues, whirl_growth, whirl_phases
-from rsc.analysis.paper.whirls import normal_force, whirl_roots
+from rsc.analysis.paper.whirls import normal_force
 
 # frequencies between two whirls at which the sign of Re H is looked up
 _BETWEEN = 401

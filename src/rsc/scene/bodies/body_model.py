@@ -9,7 +9,8 @@ import numpy as np
 from rsc.scene.bodies import by_speed
 from rsc.scene.bodies.states import matrices_of, numbers_of
 from rsc.scene.keys import mirror
-from rsc.scene.keys.keys import (
+from rsc.scene.keys.keys import declare
+from rsc.scene.keys.readers import (
     MAX_COORDINATES,
     Eccentricity,
     EccentricityReader,
@@ -20,7 +21,6 @@ from rsc.scene.keys.keys import (
     Number,
     PairReader,
     Sequence,
-    declare,
 )
 
 MASS = Number("mass", above=0.0)

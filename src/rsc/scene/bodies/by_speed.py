@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from rsc.scene.keys.keys import MAX_COORDINATES, Integer, Later, Listed, Number, RawTable, Sequence, as_list, per_coordinate
+from rsc.scene.keys.keys import RawTable
+from rsc.scene.keys.readers import MAX_COORDINATES, Integer, Later, Listed, Number, Sequence, as_list, per_coordinate
 
 SPEED = Number("frequency", low=-1e6, high=1e6)
 _FOUR = Sequence(Number("stiffness")), Sequence(Number("damping"))

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rsc.errors import one_line
-from rsc.scene.keys.keys import Choice, Number, RawTable, as_list
+from rsc.scene.keys.keys import RawTable
+from rsc.scene.keys.readers import Choice, Number, as_list
 
 SECTION, SLEEVE, DISK, CYLINDER, BEARING, CONTACT, PLACE = (
     "section", "sleeve", "disk", "cylinder", "bearing", "contact", "place",

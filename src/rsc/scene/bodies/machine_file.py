@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 from rsc.errors import DataError, one_line
 from rsc.scene.bodies.off import off_time
 from rsc.scene.bodies.reduced import AMOUNT, BEARINGS, MachineRotor, MachineStator
-from rsc.scene.keys.keys import Number, PairReader, RawTable, as_list, per_coordinate, read_table
+from rsc.scene.keys.keys import RawTable, read_table
+from rsc.scene.keys.readers import Number, PairReader, as_list, per_coordinate
 from rsc.units import DIMENSIONS
 
 

@@ -12,7 +12,8 @@ from rsc.errors import DataError, ReductionError, one_line, shown
 from rsc.scene.bodies.drawn import drawn_content
 from rsc.scene.bodies.machine_file import Machine, place_of
 from rsc.scene.bodies.reduced import Reduction
-from rsc.scene.keys.keys import Number, RawTable, as_list, read_table
+from rsc.scene.keys.keys import RawTable, read_table
+from rsc.scene.keys.readers import Number, as_list
 from rsc.system.knots import ANISOTROPIC, FOLLOWING
 
 # relative to the highest speed, backward and forward, and at least in Hz: impacts excite higher frequencies than whirl

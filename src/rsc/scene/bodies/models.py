@@ -3,23 +3,16 @@
 from collections.abc import Mapping
 from typing import Any
 
-from rsc.scene.bodies.bodies import (
-    ChainRotor,
-    ChainStator,
-    DiskRotor,
-    LavalRotor,
-    LavalStator,
-    MatricesRotor,
-    MatricesStator,
-    RigidStator,
-)
 from rsc.scene.bodies.body_model import SUPPORTS
 from rsc.scene.bodies.by_speed import read_by_speed, read_place
 from rsc.scene.bodies.reduced import MachineRotor, MachineStator, ReducedRotor, ReducedStator
+from rsc.scene.bodies.rotors import ChainRotor, DiskRotor, LavalRotor, MatricesRotor
 from rsc.scene.bodies.shaft_keys import ShaftRotor, ShaftStator
 from rsc.scene.bodies.states import read_states
+from rsc.scene.bodies.stators import ChainStator, LavalStator, MatricesStator, RigidStator
 from rsc.scene.files.matrix_files import is_definite
-from rsc.scene.keys.keys import Number, PairReader, RawTable, as_list, nearest, per_coordinate, read_table
+from rsc.scene.keys.keys import RawTable, nearest, read_table
+from rsc.scene.keys.readers import Number, PairReader, as_list, per_coordinate
 from rsc.system.assemble import elastic_stiffness
 
 DAMPING_KEYS = ("damping_ratio", "damping", "dampings", "rayleigh")

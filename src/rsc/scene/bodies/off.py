@@ -1,6 +1,7 @@
 """`off`: the time at which a bearing is switched off, for the drop of a rotor."""
 
-from rsc.scene.keys.keys import Number, RawTable, as_list
+from rsc.scene.keys.keys import RawTable
+from rsc.scene.keys.readers import Number, as_list
 
 OFF = Number("time", above=0.0)
 OFF_MEANING = "Time at which it is switched off, for the drop of a rotor."

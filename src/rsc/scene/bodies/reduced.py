@@ -16,7 +16,8 @@ from rsc.scene.bodies.drawn import DrawnReader
 from rsc.scene.bodies.off import OFF
 from rsc.scene.files.matrix_files import MatrixReader, is_definite, refuse_asymmetric
 from rsc.scene.keys import mirror
-from rsc.scene.keys.keys import Flag, Integer, Keyed, Later, Listed, Number, PairReader, RawTable, Sequence, Text, declare
+from rsc.scene.keys.keys import RawTable, declare
+from rsc.scene.keys.readers import Flag, Integer, Keyed, Later, Listed, Number, PairReader, Sequence, Text
 from rsc.system.knots import ANISOTROPIC, FOLLOWING
 
 NODE = Integer(-(10**9), 10**9)

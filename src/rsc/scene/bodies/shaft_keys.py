@@ -6,20 +6,9 @@ from rsc.machine.shaft.parts import Material
 from rsc.scene.bodies.body_model import RAYLEIGH
 from rsc.scene.bodies.off import OFF, OFF_MEANING
 from rsc.scene.bodies.reduced import COEFFICIENTS
-from rsc.scene.keys.keys import (
-    OPTIONAL,
-    Choice,
-    Flag,
-    Integer,
-    Keyed,
-    Later,
-    Number,
-    PairReader,
-    Sequence,
-    Text,
-    declare,
-)
+from rsc.scene.keys.keys import OPTIONAL, declare
 from rsc.scene.keys.nested import Ends, Tables
+from rsc.scene.keys.readers import Choice, Flag, Integer, Keyed, Later, Number, PairReader, Sequence, Text
 
 LENGTH, DIAMETER = Number("length", above=0.0), Number("length", low=0.0)
 FROM_LEFT, FROM_RIGHT = (Keyed({"section": Text(), end: Number("length")}) for end in ("left", "right"))

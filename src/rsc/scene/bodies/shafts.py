@@ -14,8 +14,9 @@ from rsc.scene.bodies.bearing_table import read_bearing_table
 from rsc.scene.bodies.machine_file import Machine, amount_at, coefficients_of, switched_models
 from rsc.scene.bodies.off import off_time
 from rsc.scene.bodies.shaft_keys import MATERIAL, MATERIALS, PLACE, MaterialKeys, ShaftRotor, ShaftStator, UnbalanceKeys
-from rsc.scene.keys.keys import Number, RawTable, as_list, per_coordinate, read_table
+from rsc.scene.keys.keys import RawTable, read_table
 from rsc.scene.keys.nested import Item, Tables
+from rsc.scene.keys.readers import Number, as_list, per_coordinate
 from rsc.units import QuantityError, eccentricity_of_grade, quantity
 
 SHAFT = "the shaft of"  # start of the `origin` of a body made from a shaft

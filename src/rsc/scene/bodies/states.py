@@ -9,8 +9,9 @@ import scipy
 from numpy.typing import NDArray
 
 from rsc.scene.bodies.off import OFF, OFF_MEANING, off_time
-from rsc.scene.keys.keys import MAX_COORDINATES, Integer, Later, Listed, Number, RawTable, Sequence, as_list, declare
+from rsc.scene.keys.keys import RawTable, declare
 from rsc.scene.keys.nested import Inner
+from rsc.scene.keys.readers import MAX_COORDINATES, Integer, Later, Listed, Number, Sequence, as_list
 
 _ENTRIES = Sequence(Sequence(Number("dimensionless")))
 _PARTS = ("displacement", "velocity", "force")

@@ -12,7 +12,8 @@ import numpy as np
 import scipy
 
 from rsc.errors import DataError, one_line
-from rsc.scene.keys.keys import MAX_COORDINATES, Number, RawTable, as_list
+from rsc.scene.keys.keys import RawTable
+from rsc.scene.keys.readers import MAX_COORDINATES, Number, as_list
 from rsc.units import LARGEST, SMALLEST
 
 MAX_FILE_BYTES = 64 * 2**20

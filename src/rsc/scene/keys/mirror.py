@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
-from rsc.scene.keys.keys import Later, PairReader, PolarReader, Sequence
+from rsc.scene.keys.readers import Later, PairReader, PolarReader, Sequence
 
 
 def mirrored_table(section: type, table: Mapping[str, Any]) -> dict[str, Any]:

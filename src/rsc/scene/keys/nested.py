@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from rsc.scene.keys.keys import MAX_COORDINATES, Number, RawTable, Values, as_list, known_keys, read_table
+from rsc.scene.keys.keys import RawTable, Values, known_keys, read_table
+from rsc.scene.keys.readers import MAX_COORDINATES, Number, as_list
 from rsc.units import DIMENSIONS
 
 

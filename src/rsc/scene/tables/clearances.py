@@ -10,18 +10,8 @@ from rsc.errors import SceneError, one_line, shown
 from rsc.scene.bodies.reduced import PLACE
 from rsc.scene.bodies.shaft_keys import PLACE as STATION
 from rsc.scene.bodies.stations import refuse_stations
-from rsc.scene.keys.keys import (
-    MAX_COORDINATES,
-    OPTIONAL,
-    Integer,
-    Name,
-    Number,
-    RawTable,
-    as_list,
-    declare,
-    plain_section,
-    read_table,
-)
+from rsc.scene.keys.keys import OPTIONAL, RawTable, declare, read_table
+from rsc.scene.keys.readers import MAX_COORDINATES, Integer, Name, Number, as_list, plain_section
 
 KEY = "clearance"
 MAX_CLEARANCES = 16

@@ -13,7 +13,8 @@ from rsc.scene.bodies.reduced import PLACE
 from rsc.scene.bodies.reduced import ROTOR_PLACE as ROTOR_NODE
 from rsc.scene.bodies.shaft_keys import PLACE as STATION
 from rsc.scene.bodies.stations import refuse_stations
-from rsc.scene.keys.keys import (
+from rsc.scene.keys.keys import RawTable, declare, read_table
+from rsc.scene.keys.readers import (
     MAX_COORDINATES,
     NO_ECCENTRICITY,
     Integer,
@@ -24,12 +25,9 @@ from rsc.scene.keys.keys import (
     PairReader,
     Polar,
     PolarReader,
-    RawTable,
     as_list,
-    declare,
     plain,
     plain_section,
-    read_table,
 )
 from rsc.units import SMALLEST
 

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
-from rsc.scene.keys.keys import Choice, declare, plain_section
+from rsc.scene.keys.keys import declare
+from rsc.scene.keys.readers import Choice, plain_section
 
 KEY = "report"
 SYSTEMS = ("si", "metric", "us")

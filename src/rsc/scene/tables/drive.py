@@ -6,8 +6,9 @@ from typing import Any
 
 from rsc.scene.keys import mirror
 from rsc.scene.keys.forms import Form, declared_in, exclusive, form_of
-from rsc.scene.keys.keys import Later, Listed, Number, RawTable, Values, as_list, declare, known_keys, plain_section, read_table
-from rsc.scene.keys.keys import Sequence as ListOf
+from rsc.scene.keys.keys import RawTable, Values, declare, known_keys, read_table
+from rsc.scene.keys.readers import Later, Listed, Number, as_list, plain_section
+from rsc.scene.keys.readers import Sequence as ListOf
 from rsc.scene.tables import torques
 
 MAX_DURATION = 1e8  # s

@@ -4,7 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from rsc.scene.keys.keys import Name, Number, RawTable, declare, plain_section, read_table
+from rsc.scene.keys.keys import RawTable, declare, read_table
+from rsc.scene.keys.readers import Name, Number, plain_section
 from rsc.scene.tables.clearances import Clearance
 
 KEY = "limits"

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import Any
 
-from rsc.scene.keys.keys import Choice, Flag, Integer, Number, RawTable, declare, plain_section, read_table
+from rsc.scene.keys.keys import RawTable, declare, read_table
+from rsc.scene.keys.readers import Choice, Flag, Integer, Number, plain_section
 
 METHODS = ("rk45", "taylor8", "auto")
 # methods in older results, whose scenes must remain readable, and their replacements

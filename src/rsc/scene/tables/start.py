@@ -8,21 +8,9 @@ import numpy as np
 
 from rsc.scene.keys import mirror
 from rsc.scene.keys.forms import Form, declared_in, exclusive, form_of
-from rsc.scene.keys.keys import (
-    Choice,
-    Flag,
-    Later,
-    PairReader,
-    RawTable,
-    Values,
-    as_list,
-    declare,
-    per_coordinate,
-    plain,
-    plain_section,
-    read_table,
-)
-from rsc.scene.keys.keys import Sequence as ListOf
+from rsc.scene.keys.keys import RawTable, Values, declare, read_table
+from rsc.scene.keys.readers import Choice, Flag, Later, PairReader, as_list, per_coordinate, plain, plain_section
+from rsc.scene.keys.readers import Sequence as ListOf
 from rsc.scene.tables.contacts import Contact
 from rsc.scene.tables.drive import FREQUENCY
 

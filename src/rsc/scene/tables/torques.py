@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from rsc.scene.keys.keys import Later, Listed, Number, RawTable, Sequence, Values, as_list
+from rsc.scene.keys.keys import RawTable, Values
+from rsc.scene.keys.readers import Later, Listed, Number, Sequence, as_list
 
 Knots = tuple[tuple[float, float], ...]
 

@@ -3,8 +3,8 @@
 import math
 
 from rsc.errors import one_line
+from rsc.show.words.plain import plain
 from rsc.show.words.table import table
-from rsc.show.words.text import plain
 from rsc.show.words.wording import frequencies_text
 
 NOT_TOLD = "not told"

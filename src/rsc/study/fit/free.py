@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rsc.errors import SceneError, SolverError, one_line, shown
-from rsc.scene.keys.keys import plain
+from rsc.scene.keys.readers import plain
 from rsc.scene.names import leading
 from rsc.scene.scene import Scene
 from rsc.scene.values import Value, physical_values, value_of

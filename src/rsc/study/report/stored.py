@@ -25,8 +25,8 @@ from rsc.measure.verdict import Row, Window
 from rsc.measure.windows import Best
 from rsc.measure.words import TOLERANCES, VERDICTS
 from rsc.results.trajectory import Trajectory
+from rsc.show.words.plain import report_plain
 from rsc.show.words.reasons import note, note_of_change
-from rsc.show.words.text import report_plain
 from rsc.study.report.report import Report, course_of, measured, sag_of
 from rsc.system.assemble import assemble
 from rsc.system.border import Border
