@@ -9,7 +9,7 @@ from test_kernel import SIZES, chain
 import rsc
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.follow.branches import branches
-from rsc.analysis.paper import whirls as analytic
+from rsc.analysis.paper.roots import whirl_roots
 from rsc.measure import spectra
 from rsc.system.assemble import assemble
 
@@ -30,7 +30,7 @@ def test_waterfall(benchmark, seconds):
 def test_whirl_roots(benchmark, n_rotor, n_stator):
     """All whirl roots at one speed by the pencil."""
     system = assemble(chain(n_rotor, n_stator))
-    roots = benchmark(lambda: analytic.whirl_roots(system, 2.0 * np.pi * 40.0))
+    roots = benchmark(lambda: whirl_roots(system, 2.0 * np.pi * 40.0))
     assert len(roots) > 0
 
 

@@ -17,7 +17,7 @@ from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.balance import balance, floquet
 from rsc.analysis.follow import whirls as seeds
 from rsc.analysis.follow.branches import branches
-from rsc.analysis.paper import whirls as analytic
+from rsc.analysis.paper import roots as analytic
 from rsc.analysis.paper.predict import predict_system
 from rsc.cli import new
 from rsc.system.blas import one_thread
