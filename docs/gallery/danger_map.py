@@ -17,7 +17,8 @@ start = {running = true, impulse = ["3 N s", 0]}
 
 varied = {"contact.friction": "0.05:0.4:15", "drive.speed": "20:60:17"}
 data = rsc.sweep(PUMP, varied, ["predict", "run"], path="danger_map")
-print(f"{data.status.size} cases: {(data.status == 'finished').sum():d} finished, {(data.status == 'impossible').sum():d} impossible")
+finished, impossible = ((data.status == word).sum() for word in ("finished", "impossible"))
+print(f"{data.status.size} cases: {finished:d} finished, {impossible:d} impossible")
 for code, words in (flag.split(" ", 1) for flag in data.danger.attrs["flags"].split("; ")):
     if count := int((data.danger == int(code)).sum()):
         print(f"{words}: {count} cases")
