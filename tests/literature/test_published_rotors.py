@@ -47,5 +47,6 @@ def test_the_command_tells_the_same(tmp_path, capsys):
         assert min(abs(abs(frequency) - printed) for frequency in told) < TOLERANCE["L&F"] * printed
 
 
+@pytest.mark.nightly
 def test_the_committed_table_is_that_of_today():
     assert published_rotors.RESULT.read_text().rstrip().endswith(published_rotors.table())

@@ -64,6 +64,7 @@ def test_the_compressor_has_the_decrements_of_ross_at_every_speed(compressor, rp
     assert found == pytest.approx(np.array(PAIRS[rpm]), rel=1e-6 if rpm in RPM else 2e-3)
 
 
+@pytest.mark.nightly
 def test_the_compressor_from_its_files_to_a_scene(tmp_path, capsys, compressor):
     """The reduced one has the modes of the one that was read to the tolerance, at speeds between knots too."""
     scene = tmp_path / "compressor.toml"
