@@ -62,7 +62,8 @@ CHANGES = {
     "rhs": {GOOD: POISONED},
     "step": {  # the slope of the end is that of the next step's first stage
         "\n@inlined\ndef _pair_step(con,": ONE_STAGE,
-        "places, weight, work)\n": "places, weight, work)\n        a = poisoned(con, turn, i + 1, a)\n",
+        "weight_of_next(method, slopes), work)\n": "weight_of_next(method, slopes), work)\n"
+        "    a = poisoned(con, turn, len(slopes) + 1, a)\n",
         "places, 1.0, no_powers(con))\n": f"places, 1.0, no_powers(con))\n    a = poisoned(con, turn, {END}, a)\n",
     },
     "series": {
