@@ -25,7 +25,7 @@ SPEED, START = 40.0, [[2e-5, 0.0], [3e-5, -1e-5]]
 
 
 def levitated(first=0.03, second=0.05, **tables):
-    """Two masses in two magnetic bearings of which the second fails first, and a third one beside it that stays."""
+    """Two masses in magnetic bearings: those at coordinates 0 and 1 fail, the one at 0 first; a third, also at 0, stays on."""
     bearings = [[1, {**KEYS, "off": second}], [0, {**OTHER, "off": first}], [0, {**OTHER, "proportional": 4e4, "integral": 1e5}]]
     content = {
         "rotor": {
