@@ -6,7 +6,7 @@ import numpy as np
 
 from rsc.errors import one_line
 from rsc.show.pictures.traces import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, axes, dots, in_units, line, named_once
-from rsc.show.words.table import table
+from rsc.show.words.table import exact, table
 from rsc.show.words.units import column
 from rsc.show.words.wording import frequency_text
 
@@ -35,7 +35,10 @@ def model_text(modes, model, speed):
     told = f"the slowest {len(modes)} modes at {_speed(speed)}"
     lines = [f"{one_line(model.source)}, as it was read", told]
     rows = [
-        (f"{mode.frequency:.5g}", f"{60.0 * mode.frequency:.5g}", _number(mode.decrement, "+.4g"), f"{mode.growth_rate:+.4g}", "")
+        (
+            exact(f"{mode.frequency:.5g}", mode.frequency), f"{60.0 * mode.frequency:.5g}", _number(mode.decrement, "+.4g"),
+            f"{mode.growth_rate:+.4g}", "",
+        )
         for mode in modes
     ]
     return "\n".join([*lines, table(("frequency Hz", "rpm", "decrement", "growth 1/s", ""), rows)])
@@ -46,7 +49,7 @@ def campbell_text(modes, title, most=SHOWN):
     shown = _slowest(modes)[:most]
     header = ("speed Hz", *(f"mode {i + 1}" for i in range(len(shown))), "")
     rows = [
-        (f"{each.speed:.4g}", *("-" if own[i] is None else _cell(each.rotor[own[i]]) for own in shown), "")
+        (exact(f"{each.speed:.4g}", each.speed), *("-" if own[i] is None else _cell(each.rotor[own[i]]) for own in shown), "")
         for i, each in enumerate(modes)
     ]
     lines = [one_line(title)] if title else []
@@ -124,7 +127,8 @@ def _told(modes, most):
 
 
 def _row(mode):
-    numbers = (f"{mode.frequency:.5g}", f"{60.0 * mode.frequency:.5g}", _number(mode.undamped), _number(mode.decrement, "+.4g"))
+    frequency, undamped = exact(f"{mode.frequency:.5g}", mode.frequency), exact(_number(mode.undamped), mode.undamped)
+    numbers = (frequency, f"{60.0 * mode.frequency:.5g}", undamped, _number(mode.decrement, "+.4g"))
     return (*numbers, f"{mode.growth_rate:+.4g}", f"{mode.share:.3f}", mode.sense, mode.remark or "-")
 
 

@@ -11,7 +11,7 @@ from rsc.show.words.clearances import touching, watched_text
 from rsc.show.words.held import loads_text
 from rsc.show.words.motions import motions_text
 from rsc.show.words.reasons import note, note_of_change
-from rsc.show.words.table import table
+from rsc.show.words.table import exact, table
 from rsc.show.words.units import column, shown_as_in
 from rsc.show.words.wording import cause_text, event_text, frequency_text, length, not_valid, sentence_in_units
 
@@ -78,14 +78,15 @@ def window_cells(report, most):
     header = ("speed Hz", "whirl", *columns[0], *columns[1], *columns[2][:2], "")
     body = []
     for frequency, amplitude, synchronous in report.windows[::every]:
+        whirls = frequency.verdict != NO_WHIRL  # without one the strongest line beside 1X is no whirl's
         body.append(
             (
-                f"{frequency.speed:.2f}",
+                exact(f"{frequency.speed:.2f}", frequency.speed),
                 frequency.branch or "-",
-                _number(per_hertz * frequency.simulated, ".3f"),
+                _number(per_hertz * frequency.simulated, ".3f") if whirls else "-",
                 _number(per_hertz * frequency.predicted, ".3f"),
                 _number(100 * frequency.difference, "+.2f"),
-                _number(amplitude.simulated / gap, ".4f"),
+                _number(amplitude.simulated / gap, ".4f") if whirls else "-",
                 _number(amplitude.predicted / gap, ".4f"),
                 _number(100 * amplitude.difference, "+.2f"),
                 _number(synchronous.simulated / gap, ".4f"),
@@ -132,12 +133,18 @@ def _touched(branch):
     texts = []
     for name in dict.fromkeys(name for names in branch.touches for name in names):
         speeds = branch.speed[[name in names for names in branch.touches]]
-        texts.append(f"; touches {name} {'at' if len(speeds) == 1 else 'from'} {_span(speeds.min(), speeds.max())} Hz")
+        texts.append(f"; touches {name} {'at' if len(speeds) == 1 else 'from'} {_speeds(speeds.min(), speeds.max())}")
     return "".join(texts)
 
 
 def _span(a, z):
-    return f"{a:.5g}" if f"{a:.5g}" == f"{z:.5g}" else f"{a:.5g} .. {z:.5g}"
+    return exact(f"{a:.5g}", a) if f"{a:.5g}" == f"{z:.5g}" else exact(f"{a:.5g} .. {z:.5g}", a, z)
+
+
+def _speeds(a, z):
+    """One or two rotor speeds in Hz in their unit."""
+    factor, unit = column("Hz")
+    return f"{_span(factor * a, factor * z)} {unit}"
 
 
 def survey_text(survey):
@@ -152,7 +159,7 @@ def survey_text(survey):
     for rub in survey.rubs:
         state, ends = stable_stretches(rub), f"{cause_text(rub.begin.cause)} to {cause_text(rub.end.cause)}"
         lines.append(
-            f"forward rub {_span(rub.begin.speed, rub.end.speed)} Hz ({ends}), {state}, "
+            f"forward rub {_speeds(rub.begin.speed, rub.end.speed)} ({ends}), {state}, "
             f"|r|/gap up to {rub.amplitude.max() / gap:.4f}"
         )
     for label, delay in survey.delays.items():
@@ -203,7 +210,7 @@ def stable_stretches(rub):
     for words, holds in claims:
         if not holds.any():
             continue
-        spans = " and ".join(f"{_span(*stretch)} Hz" for stretch in rub.stretches(holds))
+        spans = " and ".join(_speeds(*stretch) for stretch in rub.stretches(holds))
         parts += [f"{words} {spans}"] if spans else []
     return ", ".join(parts)
 
@@ -212,7 +219,7 @@ def _attractors(motions, gap):
     header = ("frequency Hz", "|r|/gap", "growth 1/s", "motion")
     rows = [
         (
-            f"{m.frequency:.4f}",
+            exact(f"{m.frequency:.4f}", m.frequency),
             f"{m.amplitude / gap:.4f}",
             f"{m.growth_rate:+.4g}",
             f"{m.kind}, {'stable' if m.stable else _unclaimed(m.growth_rate, m.touches)}",
@@ -228,8 +235,8 @@ def whirls_text(whirls, gap, remarks=(), ratios=(), loads=()):
     header = ("speed Hz", "Psi Hz", "|r|/gap", "|s|/gap", "F_N N", "growth 1/s", "stable", "1X/gap", "2Psi-1X/gap", "not valid")
     rows = [
         (
-            f"{w.speed:.4g}",
-            f"{w.frequency:.4f}",
+            exact(f"{w.speed:.4g}", w.speed),
+            exact(f"{w.frequency:.4f}", w.frequency),
             f"{w.rotor_amplitude / gap:.4f}",
             f"{w.stator_amplitude / gap:.4f}",
             f"{w.normal_force:.4g}",
@@ -260,8 +267,8 @@ def _ratios(ratios):
     header = ("whirl Hz", "towards Hz", "F_N ratio", "least", "mirror share", "")
     rows = [
         (
-            f"{r.frequency:.4f}",
-            f"{r.towards:.4f}",
+            exact(f"{r.frequency:.4f}", r.frequency),
+            exact(f"{r.towards:.4f}", r.towards),
             f"{r.ratio:.4f}",
             f"{r.least:.4f}",
             f"{r.mirror_share:.2g}",

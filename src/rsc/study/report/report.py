@@ -81,6 +81,17 @@ def border_of_run(result: Trajectory, system: System, features: Features) -> Bor
     )
 
 
+def window_speeds(fall: spectra.Waterfall, schedule: Any) -> NDArray[np.float64]:
+    """Rotor speeds (n_w,) in Hz for which the windows of a run stand: those of their middles; of the first and the last one those
+    at which the run begins and ends. schedule : the drive of a scene."""
+    half, speeds = 0.5 * fall.window, np.array(fall.speed, float)
+    if len(set(schedule.speed)) > 1:
+        end = fall.time[-1] + half
+        end = schedule.time[-1] if schedule.time[-1] - end < fall.window else end
+        speeds[[0, -1]] = np.interp([max(fall.time[0] - half, schedule.time[0]), end], schedule.time, schedule.speed)
+    return speeds
+
+
 def measured(seen: Course) -> dict[str, Any]:
     """The fields of a Report that are those of the course of its run."""
     return {name: getattr(seen, name) for name in MEASURED}
@@ -153,6 +164,11 @@ class Report(Brief):
         contacts = self.result.scene.contacts
         return next((contact for contact in contacts if contact.name == self.lead), contacts[0])
 
+    @cached_property
+    def speeds(self) -> NDArray[np.float64]:
+        """Rotor speeds (n_w,) in Hz for which the windows stand, `window_speeds`."""
+        return self.fall.speed if self.stretches is None else window_speeds(self.fall, self.result.scene.drive)
+
     @property
     def at_contact(self) -> Trajectory:
         """The run as it is seen there."""
@@ -168,8 +184,8 @@ class Report(Brief):
         touched = any(own.contact_time.any() for own in each)
         force = max(own.whole().force_max for own in each)
         races = any(contact.race_inertia is not None for contact in self.result.scene.contacts)
-        run = run_facts(self.features, self.fall.speed.tolist(), touched, force, self.border, races)
-        return verdict_of(run, self.features, self.fall.speed.tolist(), self.motions)
+        run = run_facts(self.features, self.speeds.tolist(), touched, force, self.border, races)
+        return verdict_of(run, self.features, self.speeds.tolist(), self.motions)
 
     @cached_property
     def modes(self) -> Modes:
