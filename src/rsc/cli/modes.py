@@ -35,6 +35,7 @@ def add(commands: Commands) -> None:
 def modes_command(options: argparse.Namespace) -> int:
     from rsc.analysis.alone.modes import modes
     from rsc.show.pictures.modes import SHOWN, campbell, campbell_text, modes_text
+    from rsc.show.words.machine import machine_lines
     from rsc.show.words.plain import plain
     from rsc.show.words.wording import sentence_in_units
     from rsc.study.prediction.predictions import turned_forward
@@ -56,7 +57,7 @@ def modes_command(options: argparse.Namespace) -> int:
         scene, (speed,) = turned_forward(scene, [speed], note)
         made = modes(scene, speed)
         told = [] if options.json else mode_remarks(scene, made, SHOWN)
-        texts = [modes_text(made, scene.title), *map(sentence_in_units, told)]
+        texts = [modes_text(made, scene.title, machine=machine_lines(scene)), *map(sentence_in_units, told)]
         print(json.dumps(plain(made)) if options.json else "\n\n".join(texts))
         if options.output is not None:
             _draw(scene, made, options)

@@ -100,7 +100,7 @@ REFUSED = {
     "bearings = [[0, 1e7], [99, 1e7]]": "no node 99",
     "bearings = [[0, 1e7], [6, -1e9]]": "indefinite",
     "bearings = [[0]]": "rotor.bearings[0] = [0]: must be a list of [node, stiffness in N/m]",
-    "bearings = [[0, [1, 2, 3]]]": "rotor.bearings[0][1] = [1, 2, 3]: must be a number in N/m, or [xx, xy, yx, yy]",
+    "bearings = [[0, [1, 2, 3]]]": "rotor.bearings[0][1] = [1, 2, 3]: must be a number in N/m, or [yy, yz, zy, zz]",
     "bearings = [[0, \"1 kg\"]]": "rotor.bearings[0][1] = '1 kg'",
     "bearings = [[1.5, 1e7]]": "rotor.bearings[0][0] = 1.5: must be a node, number or name",
     "bearings = 7": "rotor.bearings = 7: must be a list",

@@ -5,6 +5,7 @@ import pytest
 
 import rsc
 from rsc.machine.model.modes import slowest_modes
+from rsc.scene.bodies.bearing_table import read_bearing_table
 from rsc.system.assemble import assemble
 from shaft_scenes import text
 
@@ -67,6 +68,23 @@ def test_a_grade_is_shared_by_mass():
     assert np.count_nonzero(full) == 2
     one = scene(rotor='unbalance = [{at = 0.2, amount = "G 6.3"}]')
     assert abs(one.reductions[0].full.unbalance).sum() == pytest.approx(abs(full).sum(), rel=1e-9)
+
+
+def test_a_grade_at_a_speed_is_that_of_no_other():
+    both = [scene(rotor=f'unbalance = "{grade}"').reductions[0].full.unbalance for grade in ("G 6.3", "G 6.3 at 12000 rpm")]
+    assert abs(both[0]).sum() == pytest.approx(4.0 * abs(both[1]).sum(), rel=1e-9)
+
+
+def test_a_table_in_x_and_y_is_that_in_y_and_z(tmp_path):
+    """k_yy is the second direction of one and the first of the other."""
+    rows = "1000,50,7,-9,40,10,1,2,8000\n4000,30,7,-9,20,5,1,2,4000\n"
+    read = []
+    for first, second in ("xy", "yz"):
+        pairs = [first + first, first + second, second + first, second + second]
+        head = ["speed [rpm]", *(f"k_{pair} [MN/m]" for pair in pairs), *(f"c_{pair} [N s/m]" for pair in pairs)]
+        (tmp_path / "bearing.csv").write_text(",".join(head) + "\n" + rows)
+        read.append(read_bearing_table(tmp_path / "bearing.csv")[1])
+    assert (read[0] == read[1]).all() and read[0][0].tolist() == [50e6, 7e6, -9e6, 40e6, 10.0, 1.0, 2.0, 8000.0]
 
 
 def test_coefficients_of_a_table_follow_the_speed(tmp_path):
@@ -189,8 +207,8 @@ def test_what_cannot_be_is_refused_with_station_and_value(changes, message):
         ("speed,k_xx,k_yy\n1,2,3\n2,3,4\n", r"column 'speed' must have its unit"),
         ("speed [rpm], k_xx [N/m], k_yy\n1,2,3\n2,3,4\n", r"column 'k_yy' must have its unit"),
         ("speed [rpm], k_xx [mm], k_yy [N/m]\n1,2,3\n2,3,4\n", r"column 'k_xx \[mm\]': its unit must be a number in N/m"),
-        ("speed [rpm], k_xx [N/m], k_zz [N/m]\n1,2,3\n2,3,4\n", r"must be speed or one of k_xx"),
-        ("speed [rpm], k_xx [N/m]\n1,2\n2,3\n", r"must have the columns speed, k_xx and k_yy"),
+        ("speed [rpm], k_xx [N/m], k_zz [N/m]\n1,2,3\n2,3,4\n", r"has columns of x and of z"),
+        ("speed [rpm], k_xx [N/m]\n1,2\n2,3\n", r"must have the columns speed, k_yy and k_zz"),
         ("speed [rpm], k_xx [N/m], k_yy [N/m]\n2,2,3\n1,3,4\n", r"line 3: the speed must exceed"),
         ("speed [rpm], k_xx [N/m], k_yy [N/m]\n2,2,3\n", r"has 1 rows of coefficients"),
         ("speed [rpm], k_xx [N/m], k_yy [N/m]\n2,x,3\n3,3,4\n", r"line 2: k_xx"),

@@ -155,6 +155,8 @@ def test_a_result_keeps_the_drawing_and_the_shapes(pump, tmp_path):
         assert axes.get_xlabel() == "from the left end in mm"
     stored.save_html(tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text()
+    for told in ("centre of gravity", "critical speeds", "<h3>Bearings</h3>", "k_yz N/m"):
+        assert told in page
     for told in ("<h2>Machine</h2>", "labyrinth 300 um", 'id="mode_1"', 'id="animate"', "backward, logarithmic decrement"):
         assert told in page
 

@@ -34,7 +34,7 @@ _FREE, _UNDAMPED = 1e-6, 1e-12  # of the fastest motion, in which eigenvalues ne
 _STRAIGHT = 1e-6  # difference of the two circles of an ellipse over their sum
 _PART = 0.01  # of the kinetic energy that must turn the other way for a mode to be mixed
 COLUMNS = ("rotor speed in Hz", "of", "frequency in Hz", "undamped frequency in Hz", "growth rate in 1/s",
-           "logarithmic decrement", "damping ratio", "sense", "share at the contact", "remark")  # fmt: skip
+           "logarithmic decrement", "damping ratio", "sense", "participation of the contact", "remark")  # fmt: skip
 _GRID = 101  # speeds between which critical speeds are counted
 _HALVINGS = 60
 
@@ -50,8 +50,8 @@ class Mode:
     damping_ratio : -growth_rate/|lambda|
     sense : "forward", "backward", "straight" (an ellipse without width), "mixed" (parts of the machine turn against each other),
         "-" where it does not oscillate
-    share : of the mobility l M^-1 l of the contact the part that this mode has: the modes of one sense have 1 together, where
-        nothing is gyroscopic or damped; of several contacts the largest
+    share : modal participation of the contact: the part that this mode has of the mobility l M^-1 l there; the modes of one sense
+        have 1 together, where nothing is gyroscopic or damped; of several contacts the largest
     remark : "", "free: nothing opposes it", "does not oscillate", "unstable", "undamped"
     """
 

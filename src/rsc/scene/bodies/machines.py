@@ -11,6 +11,7 @@ import numpy as np
 from rsc.errors import DataError, ReductionError, one_line, shown
 from rsc.scene.bodies.drawn import drawn_content
 from rsc.scene.bodies.machine_file import Machine, place_of
+from rsc.scene.bodies.part_list import part_list
 from rsc.scene.bodies.reduced import Reduction
 from rsc.scene.keys.keys import RawTable, read_table
 from rsc.scene.keys.readers import Number, as_list
@@ -132,6 +133,7 @@ def reduced(
         content["coefficients_at"] = model.speed
     if rotor:
         content |= drawn_content(models[0], result.basis, touching)
+        content |= part_list(models[0].shaft) if models[0].shaft is not None else {}
     return RawTable(table.file, table.name, content, table.folder), replace(result, model=models[0])
 
 

@@ -28,8 +28,8 @@ MATERIAL = Later(
     f"{_NAMED.wanted}, or {{density = \"7850 kg/m^3\", youngs_modulus = \"210 GPa\", poisson = 0.3}}", (_NAMED, _GIVEN)
 )
 _FOUR_STIFFNESSES, _FOUR_DAMPINGS = COEFFICIENTS
-STIFFNESS = Later("a number in N/m, or [xx, xy, yx, yy]", (Number("stiffness"), _FOUR_STIFFNESSES))
-DAMPING = Later("a number in N s/m, or [xx, xy, yx, yy]", (Number("damping"), _FOUR_DAMPINGS))
+STIFFNESS = Later("a number in N/m, or [yy, yz, zy, zz]", (Number("stiffness"), _FOUR_STIFFNESSES))
+DAMPING = Later("a number in N s/m, or [yy, yz, zy, zz]", (Number("damping"), _FOUR_DAMPINGS))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,8 +84,8 @@ class BearingKeys:
 
     name: str | None = declare(Text(), None, meaning="Name, which can be used as a position.")
     at: object = declare(PLACE, meaning="Position of its centre.")
-    stiffness: object = declare(STIFFNESS, None, meaning="Stiffness, isotropic or [xx, xy, yx, yy].")
-    damping: object = declare(DAMPING, None, meaning="Damping, isotropic or [xx, xy, yx, yy].")
+    stiffness: object = declare(STIFFNESS, None, meaning="Stiffness, isotropic or [yy, yz, zy, zz].")
+    damping: object = declare(DAMPING, None, meaning="Damping, isotropic or [yy, yz, zy, zz].")
     table: str | None = declare(
         Text(),
         None,
@@ -104,7 +104,7 @@ class UnbalanceKeys:
 
     at: object = declare(PLACE, meaning="Position of its plane.")
     amount: object = declare(
-        Later("an amount in kg m, or a grade such as \"G 6.3\"", (Number("unbalance"), Text())),
+        Later("an amount in kg m, or a grade such as \"G 6.3\" or \"G 6.3 at 3000 rpm\"", (Number("unbalance"), Text())),
         meaning="Amount, or a balance grade for the whole rotor, which is divided if two planes have it.",
     )
     angle: float = declare(Number("angle in degrees", low=-1e6, high=1e6), 0.0, meaning="Angle ahead of the rotor's y axis.")
@@ -158,7 +158,7 @@ class ShaftRotor(_Shaft):
     )
     unbalance: object = declare(
         Later(
-            "a list of tables {at, amount, angle}, or a grade such as \"G 6.3\" for the whole rotor",
+            "a list of tables {at, amount, angle}, or a grade such as \"G 6.3\" or \"G 6.3 at 3000 rpm\" for the whole rotor",
             (Text(), Tables(UnbalanceKeys)),
         ),
         (),

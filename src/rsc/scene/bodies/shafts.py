@@ -164,10 +164,10 @@ def _listed(table: RawTable, values: Mapping[str, Any]) -> list[Any]:
 
 
 def _grade(table: RawTable, key: str, raw: str) -> float:
-    """Eccentricity in m permitted by a balance grade at the largest speed of the drive."""
+    """Eccentricity in m permitted by a balance grade at the speed it names, else at the largest of the drive."""
     grade = eccentricity_of_grade(raw, table.fastest)
     if grade is None:
-        table.refuse(key, raw, "a grade such as \"G 6.3\", for a rotor that turns")
+        table.refuse(key, raw, "a grade such as \"G 6.3\" or \"G 6.3 at 3000 rpm\", for a rotor that turns")
         raise AssertionError
     return grade
 

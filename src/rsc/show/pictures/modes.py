@@ -17,15 +17,16 @@ COLOURS = {"forward": BLUE, "backward": RED, "straight": GREEN, "mixed": PURPLE,
 INK = "#222222"
 
 
-def modes_text(modes, title, most=SHOWN):
-    """Tables of the slowest modes at one rotor speed."""
+def modes_text(modes, title, most=SHOWN, machine=()):
+    """Tables of the slowest modes at one rotor speed; machine: lines (topic, text) on the rotor, told first."""
     lines = [one_line(title)] if title else []
+    lines += [f"{topic}: {text}" for topic, text in machine]
     lines.append(f"modes at {_speed(modes.speed)}")
     names = {"rotor": "the rotor, free", "stator": "the stator", "coupled": "both, joined at the contact"}
     for part, own in modes.parts.items():
         lines += ["", f"{names[part]}: {_told(own, most)}"]
         if own:
-            header = ("frequency Hz", "rpm", "undamped Hz", "decrement", "growth 1/s", "share", "sense", "remark")
+            header = ("frequency Hz", "rpm", "undamped Hz", "decrement", "growth 1/s", "participation", "sense", "remark")
             lines.append(table(header, [_row(mode) for mode in own[:most]]))
     return "\n".join(lines)
 

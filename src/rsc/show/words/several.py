@@ -9,7 +9,7 @@ from rsc.show.words.wording import frequency_text, not_valid, sentence_in_units
 def several_text(whirls, speed, remarks=(), loads=()):
     """Table of the whirls of a scene with several contacts at one rotor speed in Hz (`rsc.SeveralWhirls`), remarks on them in
     words, and what each takes from a drive with a torque (`rsc.system.held`)."""
-    header = ("speed Hz", "Psi Hz", "growth 1/s", "stable", "not valid", "pressed: |d|/gap, F_N, phase; others: |d|/gap")
+    header = ("speed Hz", "whirl Hz", "growth 1/s", "stable", "not valid", "pressed: |d|/gap, F_N, phase; others: |d|/gap")
     rows = [
         (
             exact(f"{whirl.speed:.4g}", whirl.speed),

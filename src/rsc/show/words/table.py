@@ -4,7 +4,7 @@ import re
 
 from rsc.show.words.units import column
 
-_UNIT = re.compile(r"(?:^| )(Hz|N|N s|N m|N/m|N s/m|W|m/s|m|kg|J)$")  # of SI, at the end of a header
+_UNIT = re.compile(r"(?:^| )(Hz|N|N s|N m|N/m|N s/m|W|m/s|mm|m|kg|kg m\^2|J)$")  # of SI, at the end of a header
 _NUMBER = re.compile(r"[+-]?\d+(?:\.\d*)?(?:e[+-]?\d+)?")
 LEAST_DIGITS = 4
 

@@ -31,7 +31,7 @@ def _report_text(report):
     gap = report.contact.gap
     title = one_line(report.result.scene.title)
     lines = [answer_text(report), "", title, "", "predicted whirls", branches_text(report.branches, gap), ""]
-    about = f"windows of {report.fall.window:.3g} s; lengths over the gap{at_lead(report)}{_other_psi()}"
+    about = f"windows of {report.fall.window:.3g} s; lengths over the gap{at_lead(report)}"
     lines += [f"{report.word} and predicted ({about})"]
     lines += [table(*window_cells(report, MOST_ROWS)), ""]
     for change in report.transitions:
@@ -52,12 +52,6 @@ def _report_text(report):
     return "\n".join([*lines, *map(sentence_in_units, report.remarks), *notes(report)])
 
 
-def _other_psi():
-    """The unit of Psi in the table of windows, where it is not Hz."""
-    unit = column("Hz")[1]
-    return "" if unit == "Hz" else f"; Psi in {unit}"
-
-
 def notes(report):
     """The warnings of a report that are not part of its answer (which starts with those of measured signals)."""
     told = set(report.result.warnings) if report.result.summary is None else set()
@@ -71,10 +65,11 @@ def at_lead(report):
 
 def window_cells(report, most):
     """Header and text rows of at most `most` windows, simulated and predicted; lengths over the gap."""
-    gap, (per_hertz, _) = report.contact.gap, column("Hz")
+    gap = report.contact.gap
     every = max(1, math.ceil(len(report.windows) / most))
     word = {"simulated": "sim", "measured": "meas"}[report.word]
-    columns = [(f"{name} {word}", f"{name} pred", "diff %") for name in ("Psi", "|r|", "1X")]
+    quantities = ("whirl", " Hz"), ("|r|", ""), ("1X", "")
+    columns = [(f"{name} {word}{unit}", f"{name} pred{unit}", "diff %") for name, unit in quantities]
     header = ("speed Hz", "whirl", *columns[0], *columns[1], *columns[2][:2], "")
     body = []
     for frequency, amplitude, synchronous in report.windows[::every]:
@@ -83,8 +78,8 @@ def window_cells(report, most):
             (
                 exact(f"{frequency.speed:.2f}", frequency.speed),
                 frequency.branch or "-",
-                _number(per_hertz * frequency.simulated, ".3f") if whirls else "-",
-                _number(per_hertz * frequency.predicted, ".3f"),
+                exact(_number(frequency.simulated, ".3f"), frequency.simulated) if whirls else "-",
+                exact(_number(frequency.predicted, ".3f"), frequency.predicted),
                 _number(100 * frequency.difference, "+.2f"),
                 _number(amplitude.simulated / gap, ".4f") if whirls else "-",
                 _number(amplitude.predicted / gap, ".4f"),
@@ -116,7 +111,7 @@ def branches_cells(branches, gap):
     """Header and rows of texts of the predicted branches."""
     names = list(branches[0].at_contacts) if branches else []
     sizes = ["at", *(f"{name}: |d|/gap, N" for name in names)] if names else ["|r|/gap"]
-    header = ("whirl", "speed Hz", "Psi Hz", *sizes, "growth 1/s", "begin and end; between")
+    header = ("whirl", "speed Hz", "whirl Hz", *sizes, "growth 1/s", "begin and end; between")
     rows = []
     for b in branches:
         spans = [(b.frequency, 1.0), (b.growth_rate, 1.0), (b.amplitude, gap)]
@@ -154,7 +149,7 @@ def survey_text(survey):
     for place in survey.ratios:
         lines.append(
             f"whirl {place.label} holds against {place.towards} {place.holds} {frequency_text(place.speed, '.4f')}: "
-            f"there its normal force is {place.ratio:.4f} of the other's (mirror share {place.mirror_share:.2g})"
+            f"there its normal force is {place.ratio:.4f} of the other's (sideband part {place.mirror_share:.2g})"
         )
     for rub in survey.rubs:
         state, ends = stable_stretches(rub), f"{cause_text(rub.begin.cause)} to {cause_text(rub.end.cause)}"
@@ -232,7 +227,8 @@ def _attractors(motions, gap):
 def whirls_text(whirls, gap, remarks=(), ratios=(), loads=()):
     """Table of the predicted whirls at one speed, remarks on them in words (`rsc.analysis.survey.remarks`), the force ratios of
     their pairs (`rsc.analysis.follow.force_ratio`), and what each takes from a drive with a torque (`rsc.system.held`)."""
-    header = ("speed Hz", "Psi Hz", "|r|/gap", "|s|/gap", "F_N N", "growth 1/s", "stable", "1X/gap", "2Psi-1X/gap", "not valid")
+    sizes = "|r|/gap", "|s|/gap", "F_N N"
+    header = ("speed Hz", "whirl Hz", *sizes, "growth 1/s", "stable", "1X/gap", "sideband/gap", "not valid")
     rows = [
         (
             exact(f"{w.speed:.4g}", w.speed),
@@ -264,7 +260,7 @@ def claim(whirl):
 
 
 def _ratios(ratios):
-    header = ("whirl Hz", "towards Hz", "F_N ratio", "least", "mirror share", "")
+    header = ("whirl Hz", "towards Hz", "F_N ratio", "least", "sideband part", "")
     rows = [
         (
             exact(f"{r.frequency:.4f}", r.frequency),

@@ -28,6 +28,7 @@ SYSTEMS: dict[str, dict[str, tuple[tuple[float, float, str], ...]]] = {
         VIBRATION: ((0.0, 1e3 / INCH, "mil"),),
         "Hz": ((0.0, 60.0, "rpm"),),
         "m": ((0.0, 1e3 / INCH, "mil"), (INCH, 1.0 / INCH, "in")),
+        "mm": ((0.0, 1e-3 / INCH, "in"),),
         "m/s": ((0.0, 1.0 / INCH, "in/s"),),
         "kg": ((0.0, 1.0 / POUND, "lb"),),
         "N": ((0.0, 1.0 / FORCE, "lbf"),),

@@ -314,7 +314,7 @@ def _directions_remarks(whirl_branches: list[Branch]) -> list[str]:
         shares = [whirl.mirror.share for whirl in branch.whirls if whirl.mirror is not None]
         if shares:
             remarks.append(
-                f"whirl {branch.label}: directions differ, its mirror line has {100 * min(shares):.1f} to "
+                f"whirl {branch.label}: elliptical, its counter-rotating component has {100 * min(shares):.1f} to "
                 f"{100 * max(shares):.1f} % of it; above 10 % it is not circular and its stability is not assessed"
             )
     return remarks
@@ -369,7 +369,7 @@ def _warnings(result: Trajectory, seen: Course) -> list[str]:
         pressed_in = whole.force_max / contact.stiffness / contact.gap
         if pressed_in > 1.0:
             name, table = (f"contact {contact.name}", f"contact.{contact.name}") if seen.lead else ("the contact", "contact")
-            text = f"{name} is pressed in by up to {pressed_in:.3g} gaps: no machine withstands that"
+            text = f"{name} is penetrated by up to {pressed_in:.3g} gaps: no machine withstands that"
             warnings.append(f"{text}; the motion would destroy it, or see whether {table}.stiffness is right")
     contact, whole = max(each, key=lambda own: own[1].rotor_max / own[0].gap)
     remark = tolerance_remark(whole.rotor_max, contact.gap, result.summary.rtol)

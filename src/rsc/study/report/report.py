@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rsc.analysis.alone.at_rest import static_deflection
 from rsc.analysis.alone.limits import Acceptance
-from rsc.analysis.alone.modes import Modes, modes
+from rsc.analysis.alone.modes import Modes, critical_speeds, modes
 from rsc.errors import one_line
 from rsc.files.tables import Table, html
 from rsc.measure import envelopes, spectra
@@ -31,6 +31,7 @@ from rsc.results.trajectory import Trajectory
 from rsc.scene.tables.contacts import Contact
 from rsc.show.words.answer import answer
 from rsc.show.words.reasons import note
+from rsc.system.assemble import assemble
 from rsc.system.border import Border, border_of
 from rsc.system.system import System
 
@@ -191,6 +192,11 @@ class Report(Brief):
     def modes(self) -> Modes:
         """Modes: those of the machine at the highest speed of the run."""
         return modes(self.result.scene, max(self.result.scene.drive.speed, key=abs))
+
+    @cached_property
+    def criticals(self) -> list[float]:
+        """Critical speeds in Hz, damped and without contact, up to the highest speed of the run."""
+        return critical_speeds(assemble(self.result.scene).at_start, 0.0, float(np.max(np.abs(self.result.scene.drive.speed))))
 
     @property
     def word(self) -> str:
