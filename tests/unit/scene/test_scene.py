@@ -467,6 +467,11 @@ def test_a_balance_grade_is_an_eccentricity_at_the_largest_speed(model):
     assert np.array_equal(slower, e)
 
 
+def test_words_that_people_try_are_told_the_key():
+    with pytest.raises(SceneError, match=r"drive\.start = 0: must be a key of \[drive\] \(it is called speed = \["):
+        Scene.from_dict({**graded("laval", (0.0, 1.0)), "drive": {"start": 0, "end": 10.0, "duration": 1.0}})
+
+
 def test_a_grade_may_name_its_speed():
     """e = 2.5 mm/s / (2 pi 150 Hz), whatever the speed of the drive."""
     for text, speeds in (("G 2.5 at 9000 rpm", (0.0, 10.0)), ("G 2.5 at 150 Hz", (0.0, 0.0)), ("G2.5 at 9000 rpm", (5.0, 500.0))):

@@ -170,6 +170,15 @@ class Shaft:
         covering = [one for one in self.placed if one.start - near <= place <= one.end + near]
         return max(disks or [one.section.diameter_at(place - one.start) for one in covering])
 
+    def least_diameter_at(self, place: float) -> float:
+        """Outer diameter in m of the bare shaft at a position, the smaller at a shoulder."""
+        near, ends = SAME_PLACE * self.length, self.ends
+        pairs = zip(ends, self.sections, strict=False)
+        return min(
+            section.diameter_at(min(max(place - start, 0.0), section.length))
+            for start, section in pairs if start - near <= place <= start + section.length + near
+        )  # fmt: skip
+
     @property
     def mass(self) -> float:
         """Mass in kg, with sleeves and disks."""

@@ -10,7 +10,12 @@ from rsc.scene.keys.keys import OPTIONAL, declare
 from rsc.scene.keys.nested import Ends, Tables
 from rsc.scene.keys.readers import Choice, Flag, Integer, Keyed, Later, Number, PairReader, Sequence, Text
 
-LENGTH, DIAMETER = Number("length", above=0.0), Number("length", low=0.0)
+METRES = "a number without a unit is in m"
+LENGTH, DIAMETER = Number("length", above=0.0, high=200.0, hint=METRES), Number("length", low=0.0, high=50.0, hint=METRES)
+OUTER = Number("length", above=0.0, high=5.0, hint=METRES)
+_WORDS = tuple((word, "bore") for word in ("inner_diameter", "bore_diameter", "id", "di")) + tuple(
+    (word, "diameter") for word in ("outer_diameter", "od", "do", "radius")
+)
 FROM_LEFT, FROM_RIGHT = (Keyed({"section": Text(), end: Number("length")}) for end in ("left", "right"))
 PLACE = Later(
     "a position: length from the left end, name of a disk or bearing, or {section = NAME, left = ...} or {..., right = ...}",
@@ -47,9 +52,11 @@ class SectionKeys:
 
     name: str | None = declare(Text(), None, meaning="Name, for positions given relative to its ends.")
     length: float = declare(LENGTH, meaning="Length.")
-    diameter: tuple = declare(Ends(LENGTH), meaning="Outer diameter; [left, right] for a cone.")
+    diameter: tuple = declare(Ends(OUTER), meaning="Outer diameter; [left, right] for a cone.")
     bore: tuple = declare(Ends(DIAMETER), (0.0, 0.0), meaning="Inner diameter, default 0; [left, right] for a conical bore.")
     material: object = declare(MATERIAL, None, meaning="Material, if different from that of the shaft.")
+
+    called = _WORDS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,9 +65,11 @@ class SleeveKeys:
 
     at: object = declare(PLACE, meaning="Position of its left end.")
     length: float = declare(LENGTH, meaning="Length.")
-    diameter: tuple = declare(Ends(LENGTH), meaning="Outer diameter; [left, right] for a cone.")
+    diameter: tuple = declare(Ends(OUTER), meaning="Outer diameter; [left, right] for a cone.")
     bore: tuple = declare(Ends(DIAMETER), None, meaning="Inner diameter; default: that of the shaft at its left end.")
     material: object = declare(MATERIAL, None, meaning="Material, if different from that of the shaft.")
+
+    called = _WORDS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,6 +85,8 @@ class DiskKeys:
     width: float | None = declare(LENGTH, None, meaning="Width.")
     bore: float | None = declare(DIAMETER, None, meaning="Diameter of its bore; default: that of the shaft there.")
     material: object = declare(MATERIAL, None, meaning="Material, if different from that of the shaft.")
+
+    called = _WORDS
 
 
 @dataclass(frozen=True, kw_only=True)
