@@ -34,15 +34,16 @@ def followed(
     """
     if not speeds:
         return ()
-    found = {speed: _Oscillating(at(speed), mass) for speed in speeds}
-    lines: list[list[int | None]] = [[i] for i in range(len(found[speeds[0]].places))]
+    at_speeds = {speed: _Oscillating(at(speed), mass) for speed in speeds}
+    lines: list[list[int | None]] = [[i] for i in range(len(at_speeds[speeds[0]].places))]
     for number, (first, last) in enumerate(itertools.pairwise(speeds), start=1):
-        following = _pairs((first, found[first]), (last, found[last]), lambda speed: _Oscillating(at(speed), mass), _HALVINGS)
+        ends = (first, at_speeds[first]), (last, at_speeds[last])
+        following = _pairs(*ends, lambda speed: _Oscillating(at(speed), mass), _HALVINGS)
         for line in lines:
             line.append(None if line[-1] is None else following.get(line[-1]))
         taken = {line[-1] for line in lines}
-        lines += [[*[None] * number, i] for i in range(len(found[last].places)) if i not in taken]
-    places = [found[speed].places for speed in speeds]
+        lines += [[*[None] * number, i] for i in range(len(at_speeds[last].places)) if i not in taken]
+    places = [at_speeds[speed].places for speed in speeds]
     return tuple(tuple(None if i is None else own[i] for own, i in zip(places, line, strict=True)) for line in lines)
 
 

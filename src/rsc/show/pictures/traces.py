@@ -49,8 +49,8 @@ def in_units(picture):
     data, layout = [dict(trace) for trace in picture["data"]], dict(picture["layout"])
     for letter, base in itertools.product("xy", ("Hz", "N/m")):
         axis, (factor, unit) = dict(layout[f"{letter}axis"]), column(base)
-        title, found, sign = axis["title"].partition(f" in {base}")
-        if not found or unit == base:
+        title, in_base, sign = axis["title"].partition(f" in {base}")
+        if not in_base or unit == base:
             continue
         layout[f"{letter}axis"] = axis | {"title": f"{title} in {unit}{sign}"}
         if "range" in axis:

@@ -12,7 +12,10 @@ COEFFICIENTS = [f"{letter}_{pair} {unit}" for letter, unit in (("k", "N/m"), ("c
 
 
 def machine_lines(scene, criticals=None):
-    """(topic, text) of a rotor given by its stations: length, mass, centre of gravity, critical speeds in Hz; [] of another."""
+    """(topic, text) of a rotor given by its stations: length, mass, centre of gravity, critical speeds; [] of another.
+
+    criticals : list of (speed in Hz, logarithmic decrement), or None
+    """
     parts = getattr(scene.rotor, "parts", None)
     if not parts:
         return []
@@ -25,8 +28,9 @@ def machine_lines(scene, criticals=None):
         ("centre of gravity", f"{_length(centre)} from the left end"),
     ]  # fmt: skip
     if criticals is not None:
-        told = ", ".join(map(speed_text, criticals)) or "none"
-        lines.append(("critical speeds", f"{told}, damped, up to {speed_text(float(np.max(np.abs(scene.drive.speed))))}"))
+        told = "; ".join(f"{speed_text(speed)}, logarithmic decrement {decrement:.3g}" for speed, decrement in criticals)
+        top = speed_text(float(np.max(np.abs(scene.drive.speed))))
+        lines.append(("critical speeds", f"{told or 'none'}; searched up to {top}"))
     return lines
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.analysis.alone.at_rest import static_deflection
+from rsc.analysis.alone.free_vibration import free_vibrations
 from rsc.analysis.alone.limits import Acceptance
 from rsc.analysis.alone.modes import Modes, critical_speeds, modes
 from rsc.errors import one_line
@@ -194,9 +195,12 @@ class Report(Brief):
         return modes(self.result.scene, max(self.result.scene.drive.speed, key=abs))
 
     @cached_property
-    def criticals(self) -> list[float]:
-        """Critical speeds in Hz, damped and without contact, up to the highest speed of the run."""
-        return critical_speeds(assemble(self.result.scene).at_start, 0.0, float(np.max(np.abs(self.result.scene.drive.speed))))
+    def criticals(self) -> list[tuple[float, float]]:
+        """Critical speeds in Hz up to the highest speed of the run, without contact, with their logarithmic decrements."""
+        system = assemble(self.result.scene).at_start
+        speeds = critical_speeds(system, 0.0, float(np.max(np.abs(self.result.scene.drive.speed))))
+        nearest = [min(free_vibrations(system, at), key=lambda each: abs(abs(each.frequency) - at)) for at in speeds]
+        return [(at, each.decrement) for at, each in zip(speeds, nearest, strict=True)]
 
     @property
     def word(self) -> str:
