@@ -55,7 +55,7 @@ def machine(report):
 
 def whirls(report):
     """Where each predicted whirl begins and ends, and where the run changes from one to another."""
-    header, rows = branches_cells(report.branches, report.contact.gap)
+    header, rows = branches_cells(report.branches, report.contact)
     none = "<p>No whirl that slides is predicted over the speeds of the run.</p>"
     parts = [table(header, rows, "wrap") + WHIRLS if rows else none]
     parts += [f"<p>{escape(text)}</p>" for text in rolling_lines(report.motions)]

@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from rsc.errors import one_line
 from rsc.measure.several import together
 from rsc.measure.words import NO_WHIRL
@@ -14,6 +16,7 @@ from rsc.show.words.reasons import note, note_of_change
 from rsc.show.words.table import exact, table
 from rsc.show.words.units import column, shown_as_in
 from rsc.show.words.wording import cause_text, event_text, frequency_text, length, not_valid, sentence_in_units
+from rsc.system.border import DEEPEST
 
 # rows of windows that a table shows at most; --json has them all
 MOST_ROWS = 24
@@ -30,7 +33,7 @@ def _report_text(report):
     """The same with the tables."""
     gap = report.contact.gap
     title = one_line(report.result.scene.title)
-    lines = [answer_text(report), "", title, "", "predicted whirls", branches_text(report.branches, gap), ""]
+    lines = [answer_text(report), "", title, "", "predicted whirls", branches_text(report.branches, report.contact), ""]
     about = f"windows of {report.fall.window:.3g} s; lengths over the gap{at_lead(report)}"
     lines += [f"{report.word} and predicted ({about})"]
     lines += [table(*window_cells(report, MOST_ROWS)), ""]
@@ -101,26 +104,62 @@ def _verdict(frequency, synchronous):
     return f"{frequency.verdict} ({why})" if why else frequency.verdict
 
 
-def branches_text(branches, gap):
+def branches_text(branches, contact):
     """Table of the predicted branches: range, size, where and why they begin and end, events between."""
-    header, rows = branches_cells(branches, gap)
+    header, rows = branches_cells(branches, contact)
     return table(header, rows) if rows else "none"
 
 
-def branches_cells(branches, gap):
-    """Header and rows of texts of the predicted branches."""
+def branches_cells(branches, contact):
+    """Header and rows of texts of the predicted branches; contact: that of the scene to which their sizes refer.
+
+    Where a branch begins and ends its speed and frequency are located; size and growth are those of its first and last sample.
+    """
     names = list(branches[0].at_contacts) if branches else []
     sizes = ["at", *(f"{name}: |d|/gap, N" for name in names)] if names else ["|r|/gap"]
     header = ("whirl", "speed Hz", "whirl Hz", *sizes, "growth 1/s", "begin and end; between")
     rows = []
     for b in branches:
-        spans = [(b.frequency, 1.0), (b.growth_rate, 1.0), (b.amplitude, gap)]
-        psi, growth, size = (_span(values[0] / unit, values[-1] / unit) for values, unit in spans)
-        cells = [psi, *([together(b.pressed), *branch_cells(b)] if names else [size]), growth]
+        deep = [] if names else [place for place, is_deep in zip((0, -1), _too_deep(b, contact)[[0, -1]], strict=True) if is_deep]
+        frequency, growth = _span(b.begin.frequency, b.end.frequency), _ends(b.growth_rate, deep)
+        size = _ends(b.amplitude / contact.gap, deep)
+        cells = [frequency, *([together(b.pressed), *branch_cells(b)] if names else [size]), growth]
         between = "".join(f"; {event_text(event)}" for event in b.events)
+        between += "" if names else _beyond(b, contact)
         ends = f"{cause_text(b.begin.cause)} to {cause_text(b.end.cause)}{between}{_touched(b)}"
         rows.append((b.label, _span(b.begin.value, b.end.value), *cells, ends))
     return header, rows
+
+
+def _too_deep(branch, contact):
+    """(n,) whether a whirl of the branch penetrates deeper than the model holds for (`rsc.system.border`)."""
+    return branch.normal_force > DEEPEST * contact.stiffness * contact.gap
+
+
+def _ends(values, deep):
+    """The first and the last value, but for those that lie beyond the model (places 0 and -1)."""
+    first, last = ("beyond" if place in deep else f"{values[place]:.5g}" for place in (0, -1))
+    return first if first == last else f"{first} .. {last}"
+
+
+def _beyond(branch, contact):
+    """Over which speeds a branch is beyond the model, "" where it is nowhere."""
+    deep = _too_deep(branch, contact)
+    if not deep.any():
+        return ""
+    if deep.all():
+        return "; beyond the model: penetration deeper than the gap"
+    edges = [_crossing(branch, contact, i) for i in np.flatnonzero(np.diff(deep))]
+    where = " and ".join(f"{'above' if deep[i + 1] else 'below'} {frequency_text(at, '.3g')}"
+                         for i, at in zip(np.flatnonzero(np.diff(deep)), edges, strict=True))  # fmt: skip
+    return f"; beyond the model {where}: penetration deeper than the gap"
+
+
+def _crossing(branch, contact, i):
+    """Speed between samples i and i + 1 at which the penetration is the gap; its reciprocal is linear beside a pole."""
+    share = DEEPEST * contact.stiffness * contact.gap / branch.normal_force[i : i + 2]
+    first, last = branch.speed[i : i + 2]
+    return float(first + (last - first) * (1.0 - share[0]) / (share[1] - share[0]))
 
 
 def _touched(branch):
@@ -145,7 +184,8 @@ def _speeds(a, z):
 def survey_text(survey):
     """Branches, forward rubs, attractors at the ends of the run, and delayed jumps."""
     gap = survey.scene.contact.gap
-    lines = [one_line(survey.scene.title), "", "backward whirls over the run", branches_text(survey.branches, gap)]
+    own = branches_text(survey.branches, survey.scene.contact)
+    lines = [one_line(survey.scene.title), "", "backward whirls over the run", own]
     for place in survey.ratios:
         lines.append(
             f"whirl {place.label} holds against {place.towards} {place.holds} {frequency_text(place.speed, '.4f')}: "
