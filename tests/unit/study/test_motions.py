@@ -118,7 +118,7 @@ def test_ctrl_c_keeps_what_was_listed(monkeypatch):
     with pytest.raises(KeyboardInterrupt) as stop:
         rsc.motions(pump(), starts=40, threads=1)
     listed = stop.value.result
-    assert listed.interrupted and 0 < listed.starts < 40 and listed.motions and "which exclude nothing" in claim(listed)
+    assert listed.interrupted and 0 < listed.starts < 40 and listed.motions and "which excludes nothing" in claim(listed)
 
 
 @pytest.mark.parametrize(
