@@ -14,8 +14,7 @@ class Brief:
     """A dataclass (`repr=False`) whose repr tells kinds and sizes in at most five lines."""
 
     def __repr__(self) -> str:
-        shown = (each for each in fields(self) if each.repr)  # type: ignore[arg-type]
-        return _folded(f"{type(self).__name__}({', '.join(f'{each.name}={_short(getattr(self, each.name))}' for each in shown)})")
+        return _folded(_one_line(self))
 
 
 class BriefList(list[T]):
@@ -35,6 +34,11 @@ def drawing() -> Any:
     return import_module("rsc.show.pictures.of_results")
 
 
+def _one_line(value: Brief) -> str:
+    shown = (each for each in fields(value) if each.repr)  # type: ignore[arg-type]
+    return f"{type(value).__name__}({', '.join(f'{each.name}={_short(getattr(value, each.name))}' for each in shown)})"
+
+
 def _short(value: object, worth: int = WORTH) -> str:
     """A value in few characters: its kind and size where it is long."""
     shape = getattr(value, "shape", None)
@@ -44,6 +48,8 @@ def _short(value: object, worth: int = WORTH) -> str:
         return f"{value:.6g}"
     if isinstance(value, (list, tuple, dict)) and (len(value) > 3 or len(repr(value)) > worth):
         return f"<{type(value).__name__} of {len(value)}>"
+    if isinstance(value, Brief) and worth > WORTH:
+        return _one_line(value)
     text = repr(value)
     if is_dataclass(value) and len(text) > worth:
         return f"<{type(value).__name__}>"

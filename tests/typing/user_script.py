@@ -72,7 +72,7 @@ assert_type(fall, spectra.Waterfall)
 assert_type(fall.amplitude, Floats)
 assert_type(rsc.spectral_peaks(run, side="positive", count=2), spectra.Peaks)
 assert_type(rsc.envelope(run), envelopes.Envelope)
-assert_type(rsc.track_lines(run, window=0.5), list[spectra.Line])
+assert_type(rsc.track_lines(run, window=0.5)[0], spectra.Line)
 assert_type(spectra.line_at(fall, fall.speed).amplitude, Floats)
 
 # the comparison

@@ -20,8 +20,8 @@ CONFIDENCE = 0.95
 WHIRLING = (Kind.RUNNING_AWAY, *BACKWARD, Kind.FORWARD_WHIRL)
 
 
-@dataclass(frozen=True)
-class Predicted:
+@dataclass(frozen=True, repr=False)
+class Predicted(Brief):
     """A motion that the analysis predicts at a speed.
 
     label : str, "A", "B", ... of whirls by rising frequency, "roll", "forward rub" or "no contact"
@@ -59,7 +59,7 @@ class Predicted:
         return self.possible and self.rate < 0.0 and not self.touches
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LastingMotion(FinalMotion):
     """A motion that was simulated and comes back after a small disturbance; as `FinalMotion`, and:
 

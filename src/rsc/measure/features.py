@@ -51,6 +51,12 @@ def waterfall(result: RunLike, window: float | None = None, f_max: float | None 
     Returns
     -------
     spectra.Waterfall
+
+    Examples
+    --------
+    >>> waterfall = rsc.waterfall(rsc.simulate(rsc.load_scene("laval.toml")), f_max=100.0)
+    >>> waterfall.amplitude.shape == (len(waterfall.speed), len(waterfall.frequency))
+    True
     """
     window = getattr(result, "window", None) if window is None else window  # a measured run's speed is never smooth
     return spectra.waterfall(result.time, result.contact_rotor(), result.speed, window=window, f_max=f_max)
@@ -60,13 +66,27 @@ def waterfall(result: RunLike, window: float | None = None, f_max: float | None 
 def spectral_peaks(
     result: RunLike, side: spectra.Side = "negative", count: int = 3, window: float | None = None
 ) -> spectra.Peaks:
-    """The strongest lines of each window on one side, interpolated between bins; see `spectra.spectral_peaks`."""
+    """The strongest lines of each window on one side, interpolated between bins; see `spectra.spectral_peaks`.
+
+    Examples
+    --------
+    >>> peaks = rsc.spectral_peaks(rsc.simulate(rsc.load_scene("laval.toml")), count=1)
+    >>> print(f"{peaks.frequency[48, 0]:.1f} Hz")  # in the middle of the run
+    -60.6 Hz
+    """
     return spectra.spectral_peaks(waterfall(result, window=window), side=side, count=count)
 
 
 @takes(result=RUN, window=optional(REAL))
 def envelope(result: RunLike, window: float | None = None) -> envelopes.Envelope:
-    """Smallest and largest |r| at the contacting rotor coordinate per window; see `envelopes.envelope`."""
+    """Smallest and largest |r| at the contacting rotor coordinate per window; see `envelopes.envelope`.
+
+    Examples
+    --------
+    >>> envelope = rsc.envelope(rsc.simulate(rsc.load_scene("laval.toml")))
+    >>> print(f"{1e3 * envelope.maximum.max():.2f} mm")
+    2.86 mm
+    """
     if window is None:
         window = getattr(result, "window", None) or default_window(result)
     return envelopes.envelope(result.time, result.contact_rotor(), result.speed, window)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from rsc.measure.kinds import Kind, Motion, motion_between
 from rsc.measure.stretches import StretchedRun, Stretches, at_contacts
+from rsc.presented import Brief
 
 _DIVERGED = "diverged"  # the status of a run that left every bound
 PART = 0.25  # of the run that its last part takes at constant speed
@@ -31,8 +32,8 @@ class MotionAtContact:
     force_max: float
 
 
-@dataclass(frozen=True)
-class FinalMotion:
+@dataclass(frozen=True, repr=False)
+class FinalMotion(Brief):
     """The last part of a run, at the contact; from the steps of the simulation, whatever `output.rate` is.
 
     Of several contacts it is that at the one where it is most dangerous, and `contacts` tells of each; torque and power are those

@@ -5,6 +5,7 @@ import numpy as np
 from rsc.arguments import REAL, RUN, optional, takes
 from rsc.measure.features import RunLike, waterfall
 from rsc.measure.spectra import Line, Peaks, spectral_peaks
+from rsc.presented import BriefList
 
 # strongest lines of a window that are looked at
 LINES = 2
@@ -15,7 +16,7 @@ ABSENT = 1
 
 
 @takes(result=RUN, window=optional(REAL))
-def track_lines(result: RunLike, window: float | None = None) -> list[Line]:
+def track_lines(result: RunLike, window: float | None = None) -> BriefList[Line]:
     """Follow the strongest and the second backward line of every window through a run.
 
     A line goes on in the next window where it lies within two bins of where it was; which of the two is stronger may change. It
@@ -37,6 +38,12 @@ def track_lines(result: RunLike, window: float | None = None) -> list[Line]:
     ------
     DataError
         A window that does not fit the run; says why.
+
+    Examples
+    --------
+    >>> lines = rsc.track_lines(rsc.simulate(rsc.load_scene("laval.toml")))
+    >>> print(f"{lines[0].frequency[0]:.1f} Hz")
+    -60.7 Hz
     """
     fall = waterfall(result, window=window)
     peaks, reach = spectral_peaks(fall, side="negative", count=LINES), REACH / fall.window
@@ -50,7 +57,7 @@ def track_lines(result: RunLike, window: float | None = None) -> list[Line]:
                 alive[j].append((i, k))
                 places.remove(k)
         tracks += [[(i, k)] for k in places]
-    return [_line(peaks, track) for track in tracks if len(track) > 1]
+    return BriefList(_line(peaks, track) for track in tracks if len(track) > 1)
 
 
 def _line(peaks: Peaks, track: list[tuple[int, int]]) -> Line:

@@ -20,6 +20,7 @@ from rsc.measured.sampled import signals_of
 from rsc.measured.scales import metres, turns_a_second
 from rsc.measured.shaft import MeasuredShaft, shaft_from_speed, shaft_of
 from rsc.measured.troubles import clipped, turned_backwards
+from rsc.presented import Brief
 
 LARGEST = 1e12  # of a column, beyond which a number is none
 MOST_SLOW = 50_000  # samples that tell runout
@@ -33,8 +34,8 @@ STANDS = 0.02  # of the largest speed, below which a measured one of the other s
 _SPANS = 64  # of a run, between whose mean speeds its steepest rise is read
 
 
-@dataclass(frozen=True)
-class Measured:
+@dataclass(frozen=True, repr=False)
+class Measured(Brief):
     """A measured run. Arrays have n samples, evenly spaced, as seen from the side where the shaft turns from y to z.
 
     Attributes
@@ -107,6 +108,13 @@ def read_measured(path: str | os.PathLike[str]) -> Measured:
         A table that cannot be right.
     DataError
         A data file that cannot be read, or whose columns hold no run.
+
+    Examples
+    --------
+    >>> path = rsc.write_measured(rsc.simulate(rsc.load_scene("laval.toml")), "bench.toml")
+    >>> measured = rsc.read_measured(path)
+    >>> round(measured.speed[0]), round(measured.speed[-1])  # Hz
+    (20, 100)
     """
     path = Path(path)
     table = read_channels(path if not path.name or path.suffix.lower() == ".toml" else path.with_suffix(".toml"))

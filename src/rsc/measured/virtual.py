@@ -74,6 +74,12 @@ def write_measured(
         A name that does not end in .toml, other than two angles, or noise, runout or seed out of range.
     DataError
         A file that cannot be written, or that rsc did not write; then both stay as they are.
+
+    Examples
+    --------
+    >>> result = rsc.simulate(rsc.load_scene("laval.toml"))
+    >>> rsc.write_measured(result, "bench.toml", noise=1e-6)
+    PosixPath('bench.toml')
     """
     path, beside = targets(path, overwrite)
     if np.shape(angles) != (2,) or not (np.abs(angles) <= 720.0).all():

@@ -28,6 +28,7 @@ from rsc.files.content import content_of
 from rsc.files.gate import F8, I1, I8, TEXT, Array
 from rsc.files.whole import clear_abandoned, entered, inside, is_file, is_private, kind_of, write_whole
 from rsc.operating_system import Folder, is_own, lock
+from rsc.presented import Brief
 from rsc.results.result_format import Guard, put
 from rsc.scene.scene import Scene
 from rsc.scene.values import value_of
@@ -63,8 +64,8 @@ class Axis:
     meaning: str
 
 
-@dataclass(frozen=True)
-class Cases:
+@dataclass(frozen=True, repr=False)
+class Cases(Brief):
     """All cases of a sweep, numbered from 0; the last dimension runs fastest."""
 
     axes: tuple[Axis, ...]

@@ -380,6 +380,12 @@ def load(path: str | os.PathLike[str]) -> Trajectory:
     ------
     DataError
         The file is missing, damaged or no result of rsc.
+
+    Examples
+    --------
+    >>> result = rsc.simulate(rsc.load_scene("laval.toml"), path="laval.h5")
+    >>> print(rsc.load("laval.h5").status)
+    finished
     """
     source = ResultFile(path)
     with source.kept_open():

@@ -196,6 +196,8 @@ class Scene(Brief):
             name, _, key = str(dotted).rpartition(".")
             changes[self.table_name(name if key else "", dotted, value), key] = value
         for (name, key), value in changes.items():
+            if name in (LIMITS, REPORT):  # a scene need not have them
+                tables[name] = content.setdefault(name, {})
             for group, _ in getattr(self.section(name), "one_of", ()):
                 for other in [other for other in group if key in group and (name, other) not in changes]:
                     tables[name].pop(other, None)
@@ -234,7 +236,7 @@ class Scene(Brief):
         SceneError
             There is no such table; the message is about the key `dotted`.
         """
-        known = self.table_names + (["contact." + (self.contacts[0].name or "")] if len(self.contacts) == 1 else [])
+        known = [*self.table_names, LIMITS, REPORT, *(f"contact.{contact.name or ''}" for contact in self.contacts[:1])]
         if name in known:
             return "contact" if len(self.contacts) == 1 and name.startswith("contact.") else name
         kind = name.partition(".")[0]
@@ -312,6 +314,12 @@ def load_scene(path: str | os.PathLike[str]) -> Scene:
     ------
     SceneError
         Unreadable file, invalid TOML, or an invalid scene; one line.
+
+    Examples
+    --------
+    >>> scene = rsc.load_scene("laval.toml")
+    >>> scene.contacts[0].gap
+    0.001
     """
     path = Path(path)
     return _read_scene(tables_of(text_of(path, "a scene", HINT), one_line(path)), one_line(path), path.parent)

@@ -122,6 +122,14 @@ def test_names_of_tables_are_known_without_what_is_in_them(name):
     assert scene.table_names == list(scene.tables)
 
 
+def test_a_table_that_a_scene_need_not_have_is_given_by_its_keys():
+    speeds = {"limits.maximum_continuous": "6000 rpm", "limits.trip": "6600 rpm"}
+    scene = DROP.with_values({**speeds, "report.units": "us"})
+    assert (scene.limits.maximum_continuous, scene.limits.trip) == (100.0, 110.0) and scene.report.units == "us"
+    with pytest.raises(rsc.SceneError, match="maximum_continuous"):
+        DROP.with_values({"limits.trip": 110.0})
+
+
 def test_names_of_tables_are_those_of_contacts_clearances_and_limits():
     watched = {**DROP.to_dict(), "limits": {"maximum_continuous": 100.0}}
     watched["clearance"] = [{"name": "probe", "rotor_coordinate": 0, "gap": 1e-3}]

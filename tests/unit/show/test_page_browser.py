@@ -96,6 +96,25 @@ def test_the_button_moves_the_mode_shapes_and_puts_them_back(browser, tmp_path):
     tab.close()
 
 
+def test_the_run_plays_to_its_end_or_until_it_is_stopped(opened):
+    tab, told, _ = opened
+    at = "Number(document.getElementById('cursor').value)"
+    tab.evaluate("const c = document.getElementById('cursor'); c.value = 0; c.dispatchEvent(new Event('input'))")
+    orbit = "document.getElementById('orbit').data[1].x.slice(0, 5)"
+    still = tab.evaluate(orbit)
+    tab.click("#play")
+    wait_until(tab, lambda: tab.evaluate(at) > 2 and tab.evaluate(orbit) != still)
+    tab.click("#play")
+    stopped = tab.evaluate(at)
+    tab.wait_for_timeout(1500)
+    assert tab.evaluate(at) == stopped and tab.inner_text("#play") == "Play the run"
+    last = tab.evaluate("Number(document.getElementById('cursor').max)")
+    tab.evaluate(f"const c = document.getElementById('cursor'); c.value = {last - 1}; c.dispatchEvent(new Event('input'))")
+    tab.click("#play")
+    wait_until(tab, lambda: tab.evaluate(at) == last and tab.inner_text("#play") == "Play the run")
+    assert told == []
+
+
 def test_the_path_at_the_cursor_is_that_of_the_run(opened):
     tab, *_ = opened
     tab.focus("#cursor")

@@ -1,6 +1,7 @@
 """What is drawn is what was given: data in the artists, orientation, units, limits; and no global state."""
 
 import io
+import re
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -392,3 +393,10 @@ def test_an_animation_has_a_frame_a_window(tmp_path):
     report = short_report()
     with Image.open(io.BytesIO(animation(report, tmp_path / "orbit.gif").content)) as image:
         assert image.n_frames == min(FRAMES, len(report.fall.speed))
+
+
+def test_a_notebook_plays_the_orbit():
+    report = short_report()
+    text = report.animate()._repr_html_()
+    pictures = re.findall(r'frames\[\d+\] = "data:image/png;base64,([^"]+)', text)
+    assert len(pictures) == len(set(pictures)) == min(FRAMES, len(report.fall.speed)) and "<script" in text

@@ -62,8 +62,20 @@ def test_moved_values_are_those_of_the_prediction(page):
     whirls = rsc.predict(SCENE.with_values({"contact.friction": 0.15, "drive.speed": 45.0}), 45.0)
     assert answer["stable"] == sum(whirl.stable for whirl in whirls)
     assert f"{whirls[0].frequency:.4f}"[:6] in answer["words"]
+    listed = [whirl.frequency for whirl in whirls if whirl.stable]
+    assert all(f"sliding at {frequency:.4g} Hz" in answer["verdict"] for frequency in listed)
+    assert answer["verdict"].count(" at ") == answer["verdict"].count("rolling at") + len(listed)
     dots = [t for t in answer["picture"]["data"] if t["mode"] == "markers"]
     assert {t["name"] for t in dots} <= {"predicted whirl, stable", "predicted whirl, unstable"} and dots
+
+
+def test_what_lasts_is_told_with_rolling_and_the_limits_of_the_model():
+    rig = Live(rsc.Scene.from_dict({**SCENE.to_dict(), "contact": {**SCENE.to_dict()["contact"], "diameter": 0.04}}))
+    assert "rolling at -" in rig.words({})["verdict"]
+    free = rig.words({"contact.friction": 0.001})["verdict"]
+    assert "no backward whirl lasts" in free
+    deep = rig.words({"contact.gap": 0.25 * SCENE.contacts[0].gap, "contact.friction": 0.3})["verdict"]
+    assert "beyond the model" in deep
 
 
 def test_the_short_run_and_the_map(page):
@@ -75,6 +87,7 @@ def test_the_short_run_and_the_map(page):
         i, j = 7, 10
         place = dict(zip(axes, (heat["x"][j], heat["y"][i]), strict=True))
         speed = place.pop("speed", 50.0)
+        place = {name: value / {"contact.gap": 1e3}.get(name, 1.0) for name, value in place.items()}  # shown in mm
         sizes = [w.rotor_amplitude for w in rsc.predict(SCENE.with_values(place) if place else SCENE, speed) if w.stable]
         factor = {"mm": 1e3, "um": 1e6}[heat["colorbar"]["title"]["text"]]
         assert heat["z"][i][j] == pytest.approx(factor * max(sizes, default=0.0), rel=1e-3)
@@ -125,11 +138,12 @@ def test_requests_from_elsewhere_are_refused(page):
     assert send(page, "PUT", good)[0] == 501
 
 
-def test_a_flood_and_silent_connections_leave_the_page_answering(page):
+@pytest.mark.parametrize("number", [500, pytest.param(10_000, marks=pytest.mark.nightly)])
+def test_a_flood_and_silent_connections_leave_the_page_answering(page, number):
     address = ("127.0.0.1", int(page.host.split(":")[1]))
     silent = [socket.create_connection(address) for _ in range(50)]
     with ThreadPoolExecutor(8) as pool:
-        refused = list(pool.map(lambda i: send(page, "GET", f"/{i}/x")[0], range(1000)))
+        refused = list(pool.map(lambda i: send(page, "GET", f"/{i}/x")[0], range(number)))
     assert set(refused) == {403}
     assert ask(page, "words", values={})["words"]
     for each in silent:

@@ -84,6 +84,11 @@ def test_another_value_is_found_by_its_name_and_a_scene_is_saved(browser, page):
         tab.click("#save")
     text = waiting.value.path().read_text(encoding="utf-8")
     assert rsc.Scene.from_toml(text).rotor.mass == pytest.approx(2.0, abs=0.01) and told == []
+    gap = "input[aria-label='contact.gap']"  # in mm; the address of the page keeps SI
+    assert (tab.input_value(gap), tab.inner_text("label[for='range_contact.gap']")) == ("1", "contact.gap in mm")
+    tab.fill(gap, "0.9")
+    tab.press(gap, "Enter")
+    until(tab, "decodeURIComponent(location.hash).includes('\"contact.gap\":0.0009')")
     tab.fill("input[aria-label='contact.gap']", "-1")
     tab.press("input[aria-label='contact.gap']", "Enter")
     until(tab, "document.getElementById('error').textContent.includes('contact.gap')")

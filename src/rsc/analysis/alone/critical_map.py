@@ -83,6 +83,13 @@ def critical_map(
     ------
     SceneError
         A rotor of another model, a name that no bearing has, a stiffness that is not positive.
+
+    Examples
+    --------
+    >>> scene = rsc.load_scene("pump.toml")
+    >>> criticals = rsc.critical_map(scene, [1e7, 1e8])
+    >>> criticals.speed.shape
+    (2, 6)
     """
     reductions = getattr(scene, "reductions", ()) if scene.rotor.model == "reduced" else ()
     models = [reduced.model for reduced in reductions[:1]]

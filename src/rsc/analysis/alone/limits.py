@@ -22,6 +22,7 @@ from rsc.analysis.paper.synchronous import free_motion
 from rsc.arguments import SCENE, takes
 from rsc.errors import SceneError
 from rsc.files.tables import Table
+from rsc.presented import Brief
 from rsc.system.assemble import SceneLike, assemble
 from rsc.system.system import System
 
@@ -85,8 +86,8 @@ class Passage:
         return self.share <= CLEARANCE
 
 
-@dataclass(frozen=True)
-class Acceptance:
+@dataclass(frozen=True, repr=False)
+class Acceptance(Brief):
     """The unbalance response of a scene beside its `[limits]`.
 
     operating : lowest and highest operating speed, Hz; trip : Hz; probe : name of the place
@@ -133,6 +134,14 @@ def limits(scene: Limited) -> Acceptance:
     ------
     SceneError
         The scene has no [limits], or no unbalance that moves the probe.
+
+    Examples
+    --------
+    >>> speeds = {"limits.maximum_continuous": "6000 rpm", "limits.trip": "6600 rpm"}
+    >>> scene = rsc.load_scene("disk.toml").with_values(speeds)
+    >>> for peak in rsc.limits(scene).peaks:
+    ...     print(f"{peak.speed:.1f} Hz, amplification {peak.amplification:.0f}")
+    40.2 Hz, amplification 98
     """
     if scene.limits is None:
         raise SceneError(scene.source, "limits", None, "given as a table [limits]", "it has the operating speeds")

@@ -157,6 +157,12 @@ def modes(
     ------
     SceneError
         A speed that is no number or that no drive may have, or for which the rotor was not reduced.
+
+    Examples
+    --------
+    >>> at_speed = rsc.modes(rsc.load_scene("disk.toml"), "3000 rpm")
+    >>> [f"{mode.frequency:.1f} Hz" for mode in at_speed.rotor]
+    ['-25.6 Hz', '40.5 Hz', '-45.3 Hz', '110.4 Hz']
     """
     speeds = np.atleast_1d(np.asarray(scene.drive.speed[0] if speed is None else speed, dtype=float))
     refuse_speeds("modes", "speed", scene, speeds)

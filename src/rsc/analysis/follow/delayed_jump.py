@@ -19,6 +19,7 @@ from rsc.analysis.paper.receptance import pushed
 from rsc.analysis.paper.small_motions import small_motion
 from rsc.analysis.paper.states import states_of
 from rsc.analysis.paper.synchronous import synchronous_response, unbalance_response
+from rsc.presented import Brief
 
 # a disturbance this far below the whirl begins to show in a spectrum of 60 dB
 SEEN = 1e-3
@@ -28,8 +29,8 @@ SAMPLES = 4001
 STEPS_PER_PERIOD = 10.0
 
 
-@dataclass(frozen=True)
-class Delay:
+@dataclass(frozen=True, repr=False)
+class Delay(Brief):
     """The predicted end of a whirl along a run.
 
     crossing : float Hz, rotor speed where the whirl loses stability on the way, the limit of an infinitely slow run

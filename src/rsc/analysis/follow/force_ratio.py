@@ -19,6 +19,7 @@ from rsc.analysis.paper.roots import whirl_roots
 from rsc.analysis.paper.whirls import normal_force
 from rsc.analysis.several.predict import predict
 from rsc.arguments import SCENE, SPEED, optional, takes
+from rsc.presented import Brief
 from rsc.system.assemble import SceneLike, assemble
 from rsc.system.system import System, only_one
 
@@ -47,8 +48,8 @@ class PairLimit:
         return (self.mirror_share < SMALL) & (np.abs(0.5 / self.least - 1.0) < SMALL) & (self.slope < 0.0)
 
 
-@dataclass(frozen=True)
-class ForceRatio:
+@dataclass(frozen=True, repr=False)
+class ForceRatio(Brief):
     """Normal forces of a whirl A and a whirl B at one rotor speed.
 
     frequency, towards : float Hz, of A and of B
@@ -137,6 +138,12 @@ def force_ratios(scene: SceneLike, speed: float | str | None = None) -> list[For
     ------
     SceneError
         A speed that no drive may have.
+
+    Examples
+    --------
+    >>> (ratio,) = rsc.force_ratios(rsc.load_scene("disk.toml"), 100.0)
+    >>> ratio.ratio > ratio.least
+    True
     """
     refuse_backwards("force_ratios", scene.drive.speed[0] if speed is None else float(speed))
     only_one(scene.contacts)

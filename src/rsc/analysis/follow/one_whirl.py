@@ -139,6 +139,13 @@ def fold(scene: SceneLike, near: float, speeds: tuple[float | str, float | str])
         No backward whirl at the first speed, speeds that no drive may have, or a frequency that no whirl can have.
     SolverError
         The whirl cannot be followed: another one is too close, or without damping its frequency is a pole of the receptance.
+
+    Examples
+    --------
+    >>> scene = rsc.load_scene("disk.toml")
+    >>> end = rsc.fold(scene, near=-48.0, speeds=(100.0, 20.0))
+    >>> round(end.value, 2), round(end.frequency, 2)  # rotor speed and whirl frequency in Hz
+    (24.73, -50.49)
     """
     _, way, line = whirl_line(assemble(scene), near, _way(speeds))
     end = line.end if way[-1] >= way[0] else line.begin
@@ -165,6 +172,13 @@ def crossing(scene: SceneLike, near: float, speeds: tuple[float | str, float | s
     ------
     SceneError, SolverError
         As `rsc.fold`.
+
+    Examples
+    --------
+    >>> scene = rsc.load_scene("disk.toml").with_values({"contact.friction": 0.5})
+    >>> change = rsc.crossing(scene, near=-37.7, speeds=(20.0, 150.0))
+    >>> round(change.value, 2), change.cause, change.holds
+    (23.53, 'stable (oscillatory)', 'above')
     """
     way = _way(speeds)
     branch = follow(assemble(scene), near, way)
@@ -194,6 +208,13 @@ def delay(scene: SceneLike, near: float, start_level: float | None = None, floor
     ------
     SceneError, SolverError
         As `rsc.fold`; also for a run at constant speed, or with a torque in its drive.
+
+    Examples
+    --------
+    >>> scene = rsc.load_scene("disk.toml").with_values({"contact.friction": 0.6, "drive.speed": [60.0, 20.0]})
+    >>> left = rsc.delay(scene, near=-24.0)
+    >>> print(f"unstable from {left.crossing:.1f} Hz down, seen to leave at {left.jump:.1f} Hz")
+    unstable from 41.4 Hz down, seen to leave at 35.7 Hz
     """
     system = assemble(scene)
     speed = way_of(system)[1]

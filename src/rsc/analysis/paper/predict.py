@@ -16,7 +16,7 @@ from rsc.analysis.paper.watched import shares, touched, whirl_deflections
 from rsc.analysis.paper.whirls import CIRCULAR, WITHIN, side_conditions, steady_whirls, whirl_shapes
 from rsc.errors import SceneError
 from rsc.files.tables import Table
-from rsc.presented import BriefList, drawing
+from rsc.presented import Brief, BriefList, drawing
 from rsc.system.assemble import SceneLike
 from rsc.system.blas import one_thread
 from rsc.system.system import System
@@ -79,8 +79,8 @@ class Mirror:
     envelope: tuple[float, float]
 
 
-@dataclass(frozen=True, eq=False)
-class Whirl:
+@dataclass(frozen=True, eq=False, repr=False)
+class Whirl(Brief):
     """One steady whirl at one rotor speed; without unbalance unless said otherwise.
 
     speed : float Hz, rotor speed; frequency : float Hz, of the other sign: backward

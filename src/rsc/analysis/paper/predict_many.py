@@ -107,6 +107,14 @@ def predict_many(scenes: Sequence[SceneLike], speeds: ArrayLike, near: ArrayLike
     ------
     SceneError
         No scene, a scene of another shape, a speed that no drive may have, or a frequency that no whirl can have.
+
+    Examples
+    --------
+    >>> scene = rsc.load_scene("disk.toml")
+    >>> softer = scene.with_values({"contact.stiffness": "1e6 N/m"})
+    >>> whirls = rsc.predict_many([scene, softer], [20.0, 50.0, 100.0])
+    >>> whirls.frequency.shape  # scenes, speeds, whirls; NaN where there are fewer
+    (2, 3, 5)
     """
     scenes = scenes_in("predict_many", scenes)
     systems = _systems(scenes)

@@ -53,6 +53,15 @@ def predict(
         A speed that is no number or that no drive may have, or for which the rotor was not reduced.
     SolverError
         Several contacts and directions that differ, or a stator that is not around the bearing centre.
+
+    Examples
+    --------
+    >>> scene = rsc.load_scene("laval.toml")
+    >>> for whirl in rsc.predict(scene, "3000 rpm"):
+    ...     print(f"{whirl.frequency:.2f} Hz, {1e3 * whirl.rotor_amplitude:.3f} mm, stable: {whirl.stable}")
+    -228.88 Hz, 0.140 mm, stable: False
+    -60.66 Hz, 2.554 mm, stable: True
+    -33.32 Hz, 1.043 mm, stable: False
     """
     system = assemble(scene)
     speeds = np.atleast_1d(scene.drive.speed[0] if speed is None else speed)

@@ -27,7 +27,7 @@ class AtContact:
         return self.normal_force > 0.0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SeveralWhirl(Whirl):
     """One steady whirl of a scene with several contacts at one rotor speed. What is of one contact in a `Whirl` is here:
 

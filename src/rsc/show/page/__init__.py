@@ -112,6 +112,7 @@ def _body(report, title, figures, orbits):
         f"<section><h2>Answer</h2>{sections.answers([*answer(report), *remarks])}</section>"
         '<section class="live controls" aria-label="cursor"><label for="cursor">Cursor over all pictures</label>'
         f'<label for="whirl">whirl</label><select id="whirl"><option value="">all</option>{choices}</select>'
+        '<button id="play" type="button" aria-pressed="false">Play the run</button>'
         '<input type="range" id="cursor" min="0" max="1" value="0"><output id="readout" for="cursor"></output></section>'
         '<section class="live"><div class="grid2"><div id="orbit" role="img" aria-label="orbit of the rotor at the cursor"></div>'
         '<div id="spectrum" role="img" aria-label="spectrum at the cursor"></div></div></section>'

@@ -132,6 +132,27 @@
     if (!waiting) { waiting = true; requestAnimationFrame(show); }
   };
 
+  // the run as a film: the cursor goes from where it is to the end, in SECONDS for the whole run
+  const SECONDS = 20, play = document.getElementById("play");
+  let from = null;  // {time in ms, place} where it began
+  const pressed = (on) => {
+    play.setAttribute("aria-pressed", String(on));
+    play.textContent = on ? "Stop the run" : "Play the run";
+  };
+  const step = (now) => {
+    if (from === null) return;
+    const last = cursor.place.length - 1, i = Math.floor(from.place + last * (now - from.time) / (1000 * SECONDS));
+    if (i >= last) { from = null; pressed(false); }
+    if (Math.min(i, last) !== Number(slider.value)) moveTo(Math.min(i, last));
+    requestAnimationFrame(step);
+  };
+  play.addEventListener("click", () => {
+    const at = Number(slider.value);
+    from = from === null ? {time: performance.now(), place: at < cursor.place.length - 1 ? at : 0} : null;
+    pressed(from !== null);
+    requestAnimationFrame(step);
+  });
+
   const choose = document.getElementById("whirl");
   choose.addEventListener("change", () => {
     for (const [name, picture] of Object.entries(drawn)) {
@@ -182,7 +203,7 @@
     const lines = {xaxis: {title: `frequency in ${cursor.units.frequency} (backward < 0)`}, yaxis: {title: `amplitude in ${heat.colorbar.title.text}`, range: [heat.zmin, 2]}, height: 400};
     await Plotly.newPlot("spectrum", [spectrum], titled({...layoutOf(lines), showlegend: false}), options);
     slider.max = cursor.place.length - 1;
-    slider.addEventListener("input", () => moveTo(Number(slider.value)));
+    slider.addEventListener("input", () => { from = null; pressed(false); moveTo(Number(slider.value)); });
     moveTo(Math.floor(cursor.place.length / 2));
     document.body.dataset.ready = "yes";
   };

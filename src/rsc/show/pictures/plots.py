@@ -7,6 +7,7 @@ import io
 import os
 import textwrap
 from collections.abc import Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,9 @@ from rsc.show.pictures.settings import default_settings
 
 import numpy as np
 from matplotlib import colormaps
+from matplotlib.animation import FuncAnimation
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cbook import normalize_kwargs
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -95,21 +98,47 @@ def side_by_side(panels: Sequence[tuple[str, Picture]], title: str) -> Figure:
 @default_settings()
 def film(pictures: Iterable[Picture], title: str, reach: float) -> bytes:
     """The bytes of a GIF that shows paths one after the other on axes that reach from -reach to reach."""
-    figure, axes = new_figure(4.8, 5.1)
-    figure.set_dpi(100)
-    figure.suptitle(as_text(title), fontsize=9, wrap=True)
+    figure, axes = _screen(title)
+    canvas = FigureCanvasAgg(figure)
     images = []
     for picture in pictures:
-        axes.clear()
-        draw(axes, picture)
-        axes.set_aspect("equal", adjustable="box")
-        axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
-        figure.canvas.draw()
-        pixels = np.asarray(figure.canvas.buffer_rgba())[..., :3].copy()
+        _frame(axes, picture, reach)
+        canvas.draw()
+        pixels = np.asarray(canvas.buffer_rgba())[..., :3].copy()
         images.append(Image.fromarray(pixels).quantize(64, dither=Image.Dither.NONE))
     content = io.BytesIO()
     images[0].save(content, "GIF", save_all=True, append_images=images[1:], duration=FRAME_MS, loop=0)
     return content.getvalue()
+
+
+class Film(FuncAnimation):
+    """Paths one after the other on axes that reach from -reach to reach; plays in a notebook."""
+
+    @default_settings()
+    def __init__(self, pictures: Sequence[Picture], title: str, reach: float) -> None:
+        figure, axes = _screen(title)
+        shown = partial(_frame, axes, reach=reach)
+        super().__init__(figure, shown, frames=pictures, interval=FRAME_MS, cache_frame_data=False)
+
+    @default_settings()
+    def _repr_html_(self) -> str:
+        return self.to_jshtml()
+
+
+def _screen(title: str) -> tuple[Figure, Axes]:
+    """Figure and axes of a film."""
+    figure, axes = new_figure(4.8, 5.1)
+    figure.set_dpi(100)
+    figure.suptitle(as_text(title), fontsize=9, wrap=True)
+    return figure, axes
+
+
+def _frame(axes: Axes, picture: Picture, reach: float) -> None:
+    """One picture of a film."""
+    axes.clear()
+    draw(axes, picture)
+    axes.set_aspect("equal", adjustable="box")
+    axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
 
 
 def draw(axes: Axes, picture: Picture, style: dict[str, Any] | None = None) -> None:

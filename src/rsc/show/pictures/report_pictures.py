@@ -72,9 +72,13 @@ def amplitude(reports, title):
 
 
 def animation(report, path):
-    """The GIF of the paths of windows all along a run, one after the other, as a file to be written."""
+    """The GIF of `frames` as a file to be written."""
+    return OutputFile(Path(path), plots.film(*frames(report)), GIF)
+
+
+def frames(report):
+    """Paths in windows all along a run, the title of the run, and how far their axes reach."""
     windows = np.unique(np.linspace(0, len(report.fall.speed) - 1, FRAMES).round().astype(int))
     largest = max(largest_finite(np.abs(report.orbits.rotor)), report.contact.gap)
-    frames = (paths.orbit(report, window) for window in windows.tolist())
     reach = 1.05 * largest * unit_for(largest, "m")[0]
-    return OutputFile(Path(path), plots.film(frames, one_line(report.result.scene.title), reach), GIF)
+    return [paths.orbit(report, window) for window in windows.tolist()], one_line(report.result.scene.title), reach

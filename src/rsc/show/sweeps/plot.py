@@ -36,6 +36,11 @@ def plot_sweep(data: "xarray.Dataset", picture: str | None = None, ax: Any = Non
         A picture that the sweep does not have, or something that is no dataset of a sweep.
     DataError
         A number is so large that no axis can carry it.
+
+    Examples
+    --------
+    >>> found = rsc.sweep(rsc.load_scene("laval.toml"), {"contact.friction": "0.1:0.3:9"})
+    >>> axes = rsc.plot_sweep(found)
     """
     arrays = of_xarray(data)
     refuse_undrawable(arrays)

@@ -118,6 +118,14 @@ def benchmark(
     ------
     SolverError
         As `rsc.equations`; no settings; or a Benchmark of another scene.
+
+    Examples
+    --------
+    >>> from scipy.integrate import solve_ivp
+    >>> def dop853(equations, times, tolerance):
+    ...     return solve_ivp(equations.rhs, (0.0, times[-1]), equations.start, "DOP853", times, rtol=tolerance).y.T
+    >>> short = rsc.load_scene("laval.toml").with_values({"drive.duration": 0.1})
+    >>> chart = rsc.benchmark(short, dop853, [1e-6, 1e-8])
     """
     if not len(settings):
         raise SolverError("benchmark: settings must hold at least one tolerance or step")

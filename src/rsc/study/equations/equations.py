@@ -227,6 +227,14 @@ def equations(scene: Scene) -> Equations:
         rotor speed, bearings that are switched off, or a contact law of another kind.
     SceneError
         Its start does not exist.
+
+    Examples
+    --------
+    >>> equations = rsc.equations(rsc.load_scene("laval.toml"))
+    >>> [entry.name for entry in equations.layout]
+    ['rotor 0 y', 'stator 0 y', ...]
+    >>> equations.rhs(0.0, equations.start).shape
+    (8,)
     """
     return Equations(scene)
 

@@ -45,7 +45,7 @@ function took(ms) {
   document.body.dataset.moves = takes.length;
 }
 
-function use_words(a) { $("words").textContent = a.words; }
+function use_words(a) { $("verdict").textContent = a.verdict; $("words").textContent = a.words; }
 function use_whirls(a) { last.whirls = a.picture; draw("whirls", a.picture, before.whirls); }
 function use_run(a) {
   last.orbit = a.orbit; last.spectrum = a.spectrum; $("run_words").textContent = a.words;
@@ -73,12 +73,12 @@ function show(name) {
   box.className = "handle"; label.textContent = name + " "; unit.textContent = h.unit ? "in " + h.unit : ""; label.append(unit); label.title = h.meaning;
   range.type = "range"; range.min = h.low; range.max = h.high; range.step = (h.high - h.low) / 500; range.id = "range_" + name; label.htmlFor = range.id;
   number.type = "number"; number.step = "any"; number.setAttribute("aria-label", name);
-  h.set = (v) => { range.value = v; number.value = +(+v).toPrecision(6); };
+  h.set = (v) => { range.value = v; number.value = +(h.factor * v).toPrecision(6); };
   const remember = () => { if (moving === null) { moving = JSON.stringify(values); } };
   const moved = (v) => { if (v === "" || !isFinite(v)) return; remember(); values[name] = +v; h.set(v); update(); };
   range.oninput = () => moved(range.value);
   range.onchange = number.onblur = () => { if (moving !== null && moving !== JSON.stringify(values)) { steps.push(moving); $("undo").disabled = false; } moving = null; };
-  number.onchange = () => { moved(number.value); number.onblur(); };
+  number.onchange = () => { moved(number.value === "" ? "" : number.value / h.factor); number.onblur(); };
   row.append(range, number); box.append(label, row); $("handles").append(box); h.set(values[name] ?? h.value);
 }
 

@@ -9,7 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from rsc.analysis.paper.predict import Whirl
 from rsc.analysis.paper.predict_many import predict_many
+from rsc.analysis.paper.rolling import rolling_whirls
+from rsc.analysis.several.whirl import SeveralWhirl
 from rsc.errors import RscError, SceneError, SolverError
 from rsc.measure.spectra import waterfall
 from rsc.results.trajectory import Trajectory
@@ -18,6 +21,7 @@ from rsc.scene.values import physical_values, value_of
 from rsc.show.pictures.of_results import reach_of, spectrum, whirl_picture
 from rsc.show.pictures.paths import traces_of_orbit
 from rsc.show.pictures.traces import axes, numbers
+from rsc.show.words.lasting import lasting_text
 from rsc.show.words.motions import motions_text
 from rsc.show.words.several import several_text
 from rsc.show.words.text import whirls_text
@@ -25,6 +29,8 @@ from rsc.show.words.units import largest_finite, unit_for
 from rsc.study.motions.motions import motions
 from rsc.study.prediction.predictions import predictions
 from rsc.study.run.simulate import simulate
+from rsc.system.assemble import assemble
+from rsc.system.border import border_of
 
 # moved most, the first of each row that a scene has
 FIRST = (
@@ -41,10 +47,12 @@ STARTS = 16  # of the list of motions
 
 @dataclass(frozen=True)
 class Handle:
-    """A value that can be moved: its name, unit and meaning, its value and the range it is moved in."""
+    """A value that can be moved: its name and meaning, its value and the range it is moved in (SI), the unit in which it is shown
+    and the factor to that from SI."""
 
     name: str
     unit: str
+    factor: float
     meaning: str
     value: float
     low: float
@@ -67,12 +75,12 @@ class Live:
         top = max(map(abs, scene.drive.speed)) or 50.0
         low, high = self._speeds(top)
         speed = min(max(abs(scene.drive.speed[0]) or 0.5 * (low + high), low), high)
-        self.handles = [Handle(SPEED, "Hz", "rotor speed", speed, low, high, True)]
+        self.handles = [Handle(SPEED, "Hz", 1.0, "rotor speed", speed, low, high, True)]
         for name in sorted(known, key=lambda name: (first.index(name) if name in first else len(first), name)):
             own = value_of(scene, name)
             low, high = sorted((known[name] / WIDEST, known[name] * WIDEST))
-            unit = "" if own.unit == "1" else own.unit
-            self.handles.append(Handle(name, unit, own.meaning, known[name], low, high, name in first))
+            factor, unit = unit_for(abs(known[name]), "m") if own.unit == "m" else (1.0, "" if own.unit == "1" else own.unit)
+            self.handles.append(Handle(name, unit, factor, own.meaning, known[name], low, high, name in first))
         self._n_speeds = SPEEDS
         self._known = {handle.name: handle for handle in self.handles}
 
@@ -110,14 +118,23 @@ class Live:
         return {"picture": picture}
 
     def words(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The predicted whirls at the speed in words, and how many of them are stable."""
+        """What lasts at the speed in a sentence, the predicted whirls in words, and how many of them are stable."""
         scene, speed = self.moved(values)
         (told,) = predictions(scene, [speed])
+        system, rolling = assemble(scene), []
         if len(scene.contacts) > 1:
             words = several_text(told.whirls, speed, told.remarks, told.loads)
         else:
             words = whirls_text(told.whirls, scene.contact.gap, told.remarks, told.ratios, told.loads)
-        return {"words": words, "stable": sum(bool(whirl.stable) for whirl in told.whirls)}
+            rolling = rolling_whirls(system, math.tau * speed)
+        sizes = [("sliding", w.frequency, w.rotor_amplitude, _forces(w)) for w in told.whirls if w.stable]
+        sizes += [("rolling", w.Psi / math.tau, w.rotor_amplitude, [w.normal_force]) for w in rolling if w.stable]
+        lasting = [
+            (kind, frequency, amplitude, max(forces), border_of(system, speed, forces, amplitude, frequency))
+            for kind, frequency, amplitude, forces in sizes
+        ]
+        verdict = lasting_text(speed, lasting, len(told.whirls) + len(rolling) - len(lasting))
+        return {"verdict": verdict, "words": words, "stable": sum(bool(whirl.stable) for whirl in told.whirls)}
 
     def run(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Orbit and full spectrum of a short run at the speed."""
@@ -165,10 +182,12 @@ class Live:
         largest = largest.reshape(ROWS, COLUMNS) if SPEED not in (x, y) else largest if x == SPEED else largest.T
         top = largest_finite(largest) or 1e-3
         factor, unit = unit_for(top, "m")
-        heat = {"type": "heatmap", "x": numbers(xs), "y": numbers(ys), "z": [numbers(factor * row) for row in largest],
+        across, upwards = (self._known[name] for name in (x, y))
+        heat = {"type": "heatmap", "x": numbers(across.factor * xs), "y": numbers(upwards.factor * ys),
+                "z": [numbers(factor * row) for row in largest],
                 "colorbar": {"title": {"text": unit}}, "zmin": 0.0, "zmax": factor * top,
                 "colorscale": [[0.0, "#ffffff"], [0.02, "#ffe9a8"], [0.5, "#f08a3c"], [1.0, "#9e1b1b"]]}  # fmt: skip
-        right, up = (f"{name} in {self._known[name].unit}" if self._known[name].unit else name for name in (x, y))
+        right, up = (f"{each.name} in {each.unit}" if each.unit else each.name for each in (across, upwards))
         return {"picture": {"data": [heat], "layout": axes(right, up, 340)}}
 
     def _with(self, scene: Scene, values: dict[str, float]) -> Scene:
@@ -184,6 +203,11 @@ class Live:
         """The list of motions at the speed in words; takes seconds to minutes."""
         scene, speed = self.moved(values)
         return motions_text(motions(scene, speed, STARTS, note=note), scene.title)
+
+
+def _forces(whirl: Whirl) -> list[float]:
+    """Normal forces at all contacts in N."""
+    return [each.normal_force for each in whirl.contacts.values()] if isinstance(whirl, SeveralWhirl) else [whirl.normal_force]
 
 
 class Job:

@@ -216,5 +216,11 @@ def explore(scene: Scene, port: int = 0) -> Explorer:
     ------
     SolverError
         The port cannot be used.
+
+    Examples
+    --------
+    >>> with rsc.explore(rsc.load_scene("laval.toml")) as page:
+    ...     page.address.startswith("http://127.0.0.1:")
+    True
     """
     return Explorer(scene, port)

@@ -12,6 +12,7 @@ from rsc.analysis.follow.patience import Note, silent
 from rsc.arguments import FUNCTION, NAMED, RUN, SCENE, TEXTS, WHOLE, optional, takes
 from rsc.measured.measured import Measured
 from rsc.measured.run import measured_run
+from rsc.presented import Brief
 from rsc.scene.scene import Scene
 from rsc.study.fit.free import free_values
 from rsc.study.fit.least import FINE, ROBUST, Residuals, added_about, least
@@ -34,8 +35,8 @@ STOPPED = "interrupted: the best values until then, with intervals by slopes alo
 LOST = 0.5  # share of windows whose whirl the simulation does not show, from which a fit has not converged
 
 
-@dataclass(frozen=True)
-class Fit:
+@dataclass(frozen=True, repr=False)
+class Fit(Brief):
     """A scene fitted to a measured run.
 
     scene : Scene, with the best values, also of those that are not told
@@ -108,6 +109,14 @@ def fit(
         The measurement has too few windows on a backward whirl.
     KeyboardInterrupt
         Ctrl-C; once there are values its attribute `result` is the Fit of the best ones until then.
+
+    Examples
+    --------
+    >>> scene = rsc.load_scene("laval.toml")
+    >>> measured = rsc.read_measured(rsc.write_measured(rsc.simulate(scene), "bench.toml"))
+    >>> found = rsc.fit(scene.with_values({"contact.friction": 0.18}), measured, "contact.friction")
+    >>> round(found.scene.contacts[0].friction, 2)
+    0.2
     """
     only_one(scene.contacts)
     scene = scene.turning_forward()

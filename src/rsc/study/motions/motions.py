@@ -89,6 +89,15 @@ def motions(
         A speed that no drive may have.
     SolverError
         Numbers of starts or impacts that cannot be.
+
+    Examples
+    --------
+    >>> found = rsc.motions(rsc.load_scene("laval.toml"), "3000 rpm", starts=16)
+    >>> for motion in found:
+    ...     print(f"{motion.motion}: {motion.frequency:.1f} Hz, {motion.force_mean:.0f} N")
+    backward whirl, rolling: -492.9 Hz, 3596 N
+    backward whirl, sliding: -60.7 Hz, 275 N
+    no contact: nan Hz, 0 N
     """
     refuse_starts(starts, seed, threads)
     size = read_largest(largest)

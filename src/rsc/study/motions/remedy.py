@@ -15,6 +15,7 @@ from rsc.arguments import FUNCTION, IMPULSE, SCENE, SPEED, WHOLE, optional, take
 from rsc.errors import RscError, SceneError
 from rsc.measure.catalogue import LastingMotion, Motions
 from rsc.measure.kinds import BACKWARD, Kind
+from rsc.presented import Brief
 from rsc.scene.scene import Scene
 from rsc.scene.values import physical_values, with_entries
 from rsc.study.motions.motions import STARTS, Search, refuse_starts
@@ -41,8 +42,8 @@ UNPREDICTED, TELLING = (0.1, 0.2, 0.4, 0.7, 1.0), (0.5, 1.0)
 BISECTIONS, NEAR = 2, 0.1  # between a factor that does not help and one that does, until their logarithms are so near
 
 
-@dataclass(frozen=True)
-class Remedy:
+@dataclass(frozen=True, repr=False)
+class Remedy(Brief):
     """A change of one value that was looked at.
 
     name : str, of a value, or of a list whose entries all change by the factor; value : float in SI (Hz), NaN of a list
@@ -75,8 +76,8 @@ class Remedy:
         return max(self.factor, 1.0 / self.factor)
 
 
-@dataclass(frozen=True)
-class Remedies:
+@dataclass(frozen=True, repr=False)
+class Remedies(Brief):
     """Changes that take the lasting backward motion away, and others that do not.
 
     speed : float Hz; motions : Motions, as the machine is
@@ -148,6 +149,13 @@ def remedy(
         A speed that no drive may have.
     SolverError
         A number of starts or an impulse that cannot be.
+
+    Examples
+    --------
+    >>> found = rsc.remedy(rsc.load_scene("laval.toml"), starts=16)
+    >>> for remedy in found.helping:
+    ...     print(f"{remedy.name} times {remedy.factor:.2f}")
+    contact.friction times 0.37
     """
     refuse_starts(starts, seed, threads)
     size = read_largest(largest)

@@ -12,6 +12,7 @@ from rsc.files.tables import Table
 from rsc.measure.catalogue import WHIRLING
 from rsc.measure.final import described
 from rsc.measure.several import together
+from rsc.presented import Brief
 from rsc.scene.scene import Scene
 from rsc.study.motions.motions import Search, refuse_threads
 from rsc.study.motions.random_impacts import read_largest
@@ -25,8 +26,8 @@ HALVINGS = 6  # of the gap between two sizes of the first look, a fifth: then 0.
 MOST_DIRECTIONS = 10_000
 
 
-@dataclass(frozen=True, eq=False)
-class SmallestImpulses:
+@dataclass(frozen=True, eq=False, repr=False)
+class SmallestImpulses(Brief):
     """The smallest impulse that starts a whirl, for every direction; a notebook shows it as a table.
 
     speed : float Hz; undisturbed : str, how the machine ends without an impact
@@ -132,6 +133,13 @@ def smallest_impulse(
         The speed changes, or the running rotor would touch the stator.
     SolverError
         No direction, an impact that is no positive number, or no contact of that name.
+
+    Examples
+    --------
+    >>> scene = rsc.load_scene("laval.toml").with_values({"drive.speed": 20.0})
+    >>> found = rsc.smallest_impulse(scene, directions=4)
+    >>> print(f"{found.impulse.min():.2f} N s, then {found.motion[0]}")
+    0.54 N s, then backward whirl, sliding
     """
     if speed is not None:
         scene = scene.steady(float(speed))  # each run goes on until it has settled

@@ -13,6 +13,7 @@ from rsc.analysis.several.predict import predict
 from rsc.analysis.several.whirl import SeveralWhirl
 from rsc.arguments import SCENE, SPEED, TEXTS, optional, takes
 from rsc.errors import SceneError
+from rsc.presented import Brief
 from rsc.scene.scene import Scene
 from rsc.scene.values import physical_values, value_of, with_entries
 from rsc.system.assemble import assemble
@@ -23,8 +24,8 @@ NOTHING = 1e-6  # of the quantity itself, alike
 QUANTITIES = ("frequency", "rotor_amplitude", "normal_force", "growth_rate")
 
 
-@dataclass(frozen=True, eq=False)
-class Sensitivity:
+@dataclass(frozen=True, eq=False, repr=False)
+class Sensitivity(Brief):
     """Derivatives of the backward whirls at one speed by the values of a scene, each for a relative change: p dQ/dp.
 
     speed : float Hz
@@ -73,6 +74,12 @@ def sensitivity(scene: Scene, speed: float | str | None = None, values: str | Se
     ------
     SceneError
         A speed that no drive may have, or a value that the scene does not have, or that is zero or no number.
+
+    Examples
+    --------
+    >>> found = rsc.sensitivity(rsc.load_scene("laval.toml"), values=["contact.friction", "stator.mass"])
+    >>> found.name, found.frequency.shape  # values, whirls: Hz per unit of the value
+    (('contact.friction', 'stator.mass'), (2, 3))
     """
     at = scene.drive.speed[0] if speed is None else float(speed)
     refuse_backwards("sensitivity", at)

@@ -87,6 +87,12 @@ def check(
         As `simulate`.
     SolverError
         An impulse that cannot be.
+
+    Examples
+    --------
+    >>> report = rsc.check(rsc.load_scene("laval.toml"))
+    >>> report.agreement
+    'frequency agrees within 0.5 % in 97 of 97 windows with a backward line, amplitude within 2 % in 97'
     """
     size = read_largest(largest)
     return report(run_for_report(scene, progress, path, note, overwrite), note, largest=size)

@@ -43,6 +43,13 @@ def compare(scene: Scene, measured: Measured, note: Note = silent) -> Report:
     ------
     DataError
         The measurement has too few samples for a spectrum, or none of its windows is whole.
+
+    Examples
+    --------
+    >>> scene = rsc.load_scene("laval.toml")
+    >>> measured = rsc.read_measured(rsc.write_measured(rsc.simulate(scene), "bench.toml"))
+    >>> rsc.compare(scene, measured).agreement
+    'frequency agrees within 0.5 % in 97 of 97 windows with a backward line, amplitude within 2 % in 97'
     """
     run: Any = measured_run(measured, scene.turning_forward())  # in the place of a Trajectory
     system = assemble(run.scene)

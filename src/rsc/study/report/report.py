@@ -206,6 +206,15 @@ class Report(Brief):
 
         return of_results.report(self, picture, ax, others, style)
 
+    def animate(self) -> Any:
+        """The orbit in windows all along the run, one after the other, as an animation of matplotlib that plays in a notebook.
+
+        Returns a `matplotlib.animation.FuncAnimation`; its `save` writes films in the formats that matplotlib knows.
+        """
+        from rsc.show.pictures import plots, report_pictures
+
+        return plots.Film(*report_pictures.frames(self))
+
     def save_html(self, path: str | os.PathLike[str], overwrite: bool = False, others: "Sequence[Report]" = ()) -> None:
         """Write the page that `rsc check` writes, report.html; DataError when the file cannot be written.
 

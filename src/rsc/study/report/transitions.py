@@ -27,6 +27,11 @@ def transitions(result: Trajectory) -> list[changes.Transition]:
     ------
     DataError
         The run ended before it had samples enough for a spectrum; says how it ended.
+
+    Examples
+    --------
+    >>> rsc.transitions(rsc.simulate(rsc.load_scene("laval.toml")))  # the run keeps its whirl
+    []
     """
     system = assemble(result.scene)
     seen, _, whirl_branches = observed(result, system)

@@ -68,6 +68,13 @@ def simulate_many(
         A scene has another number of coordinates than the first, or starts on a whirl that does not exist (on_error="raise").
     SolverError
         No scenes, fewer threads than one, another word for on_error, or samples that would not fit into memory.
+
+    Examples
+    --------
+    >>> scene = rsc.load_scene("laval.toml")
+    >>> results = rsc.simulate_many([scene, scene.with_values({"contact.gap": "1.2 mm"})])
+    >>> print(*(result.status for result in results))
+    finished finished
     """
     scenes = scenes_in("simulate_many", scenes)
     _refuse(scenes, threads, on_error)

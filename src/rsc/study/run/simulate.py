@@ -92,6 +92,14 @@ def simulate(
     DataError
         The file cannot be written, is there and was not written by rsc, would not fit on its disk, holds nothing to resume, or is
         being written by another run.
+
+    Examples
+    --------
+    >>> result = rsc.simulate(rsc.load_scene("laval.toml"))
+    >>> print(result.status, result.time[-1])
+    finished 30.0
+    >>> result.rotor.shape
+    (60001, 1)
     """
     if path is None:
         refuse_too_large(scene)

@@ -94,6 +94,13 @@ def sweep(
         versions.
     DataError
         `path` cannot be used.
+
+    Examples
+    --------
+    >>> scene = rsc.load_scene("laval.toml")
+    >>> found = rsc.sweep(scene, {"contact.friction": "0.1:0.3:3"}, "predict")
+    >>> found.whirl_frequency.round(2).values  # of the most dangerous whirl
+    array([-52.16, -60.66, -63.85])
     """
     refuse_without_xarray()
     chosen = vary if isinstance(vary, Cases) else cases(scene, vary)

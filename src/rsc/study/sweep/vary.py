@@ -73,6 +73,13 @@ def cases(
         No case, too many, or options that contradict each other.
     DataError
         The table cannot be read.
+
+    Examples
+    --------
+    >>> scene = rsc.load_scene("laval.toml")
+    >>> grid = rsc.cases(scene, {"contact.friction": "0.1:0.3:5", "contact.gap": "0.5 mm,1 mm"})
+    >>> [len(axis.values) for axis in grid.axes]
+    [5, 2]
     """
     vary = dict(vary or {})
     scattered = {name: text for name, text in vary.items() if _distribution(text)}
