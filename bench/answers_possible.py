@@ -71,7 +71,8 @@ def of_not_reached(text, witness):
 def of_coverage(text, witness):
     """The bound of each list: the binomial share with which as few impacts as were seen to settle elsewhere have 5 %."""
     for part in text.split("; "):
-        match = re.match(rf"at {NUM} Hz (all|none of|\d+ of) (\d+) impacts touched(?:, (\d+) of them had not settled)?(.*)$", part)
+        counts = r"(all|none of|\d+ of) (\d+) impacts touched(?:, (\d+) of them had not settled)?"
+        match = re.match(rf"at {NUM} Hz {counts}(.*)$", part)
         if match is None:
             yield f"unreadable: {part!r}"
             continue

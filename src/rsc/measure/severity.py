@@ -174,7 +174,7 @@ def not_reached(listed: Motions) -> NotReached | None:
     """The predicted whirl of a list with the largest force that no run ended in, though it is stable or left very slowly."""
     whirls = [one for one in listed.not_reached if one.stable and one.label != "forward rub"] + listed.leaving
     hardest = max(whirls, key=lambda one: one.normal_force, default=None)
-    return hardest and NotReached(listed.speed, hardest)
+    return NotReached(listed.speed, hardest) if hardest else None
 
 
 def impact_facts(listed: Motions, features: Features | None = None, speeds: Sequence[float] = ()) -> ImpactFacts | None:

@@ -11,7 +11,7 @@ from rsc.measure.stretches import side_by_side
 from rsc.simulation.run import InitialState
 from rsc.simulation.shot import Shot, packed_for_shots
 from rsc.system.assemble import assemble
-from scenes import LAVAL, SCENES, changed
+from scenes import SCENES, changed
 from two_seals import pump
 
 ANGLES = np.deg2rad([0.0, 70.0, 135.0])

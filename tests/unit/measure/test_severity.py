@@ -27,7 +27,7 @@ def motion(kind, force=100.0, amplitude=1e-3, border=INSIDE, frequency=-50.0, po
 
 
 def listed(motions, ended, interrupted=False, touched=None, not_reached=(), **more):
-    """A list of motions; ended: what each of its impacts ends in; touched: how many of them touched, the first ones (None: all)."""
+    """A list of motions; ended: what each of its impacts ends in; touched: how many of them, the first ones, did (None: all)."""
     ended = np.array(ended)
     reached = np.arange(len(ended)) < (len(ended) if touched is None else touched)
     return Motions(50.0, 1e-3, motions, [*not_reached], [], len(ended), 0, 2.0, 20, np.ones((len(ended), 2)), ended, reached, 0.1,

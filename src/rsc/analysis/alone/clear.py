@@ -46,8 +46,9 @@ class Clear:
             return
         contacts = system.contacts
         self._room = np.array([contact.gap - _reach(self._steady, contact) for contact in contacts])
-        bodies = [(system.rotor, [contact.rotor for contact in contacts]), (system.stator, [contact.stator for contact in contacts])]
-        self._modes = [_Modes(body, Omega, np.array(rows)) for body, rows in bodies if body.n_coordinates]
+        rows = [contact.rotor for contact in contacts], [contact.stator for contact in contacts]
+        pairs = zip(system.bodies, rows, strict=True)
+        self._modes = [_Modes(body, Omega, np.array(own)) for body, own in pairs if body.n_coordinates]
         self.known = bool((self._room > 0.0).all()) and all(modes.bounded for modes in self._modes)
 
     def stays(self, parts: Sequence[NDArray[np.complex128]], turns: float) -> bool:

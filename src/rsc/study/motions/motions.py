@@ -313,7 +313,9 @@ class Search:
     def as_listed(self, group: list[End]) -> LastingMotion:
         """A group of ends as a motion; its share and smallest impact are not known yet."""
         own = shown(group)
-        own = self._quieted(own) if own.motion.kind == Kind.NO_CONTACT else own  # it may still decay
+        if own.motion.kind == Kind.NO_CONTACT:  # it may still decay
+            own = self._quieted(own)
+            group.append(own)
         told = described(own.motion, self.scene)
         forces = [at.facts.force_max for at in own.motion.everywhere]
         return LastingMotion(
@@ -327,13 +329,15 @@ class Search:
 
     def _quieted(self, end: End) -> End:
         """An end without contact once its free vibrations no longer add to the vibration that the unbalance leaves."""
+        before = math.inf
         for _ in range(QUIET_RUNS):
             more = self.ends([end.state], [end.turns], until_quiet=True)
             if not more or more[0].motion.kind != end.motion.kind:
                 return end
-            before, end = end.motion.facts.peak_to_peak, more[0]
+            end = more[0]
             if end.motion.facts.peak_to_peak > (1.0 - QUIET) * before:
                 return end
+            before = end.motion.facts.peak_to_peak
         return end
 
     def _prediction(self, end: End) -> Predicted | None:

@@ -52,7 +52,7 @@ class ImpactSizes:
         return touching_impulses(self._system, self._Omega, place, self._rise, angles)
 
     def touching(self, place: int, angles: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The impulses (k,) in N s at a contact, in directions (k,) in rad, by which a rotor in the centre just touches anywhere."""
+        """The impulses (k,) in N s at a contact, in directions (k,) in rad, after which a rotor in the centre just touches."""
         return np.asarray(self._each(place, angles).min(axis=1))
 
     def random(self, count: int, rng: np.random.Generator) -> tuple[NDArray[np.complex128], list[int]]:

@@ -103,7 +103,8 @@ def harmful_of(listed: Motions) -> list[LastingMotion]:
     return [motion for motion in listed.motions if motion.motion in HARMFUL]
 
 
-@takes(scene=SCENE, speed=optional(SPEED), starts=WHOLE, seed=WHOLE, largest=optional(IMPULSE), threads=optional(WHOLE), note=FUNCTION)
+@takes(scene=SCENE, speed=optional(SPEED), starts=WHOLE, seed=WHOLE, largest=optional(IMPULSE), threads=optional(WHOLE),
+       note=FUNCTION)
 def remedy(
     scene: Scene,
     speed: float | str | None = None,

@@ -38,7 +38,8 @@ GROWS, FAR = 1.02, 20.0  # from block to block, and in gaps, of a motion that ru
 # ends are one motion within these shares of frequency and of |r|; where it is not steady within the second ones
 SAME_STEADY, SAME_RESTLESS = (0.01, 0.05), (0.05, 0.3)
 RECOGNISED = 2  # last blocks that must each be a known motion, for a run that need not settle again
-ATTEMPTS, MOST_STEPS = 2_000, 1_000_000  # steps between two looks at a run, and of a run at most
+ATTEMPTS = 2_000  # steps between two looks at a run
+MOST_STEPS = 20_000_000  # of a run at most, over the number of coordinates: by so much a step takes longer
 
 
 @dataclass(frozen=True)
@@ -100,8 +101,8 @@ class Settling:
 
         One that has taken too many steps has settled where its kind did not change in the last blocks, as one that ended by time.
         A run may stop at one of the ends in `known` as soon as it is recognised, and where it cannot touch again, unless it is to
-        go on until its free vibrations have decayed. After a Ctrl-C `interrupted` is set, and those are missing whose runs had not
-        begun."""
+        go on until its free vibrations have decayed. After a Ctrl-C `interrupted` is set, and those whose runs had not begun are
+        missing."""
         places = [0.0] * len(starts) if turns is None else turns
         return self.over(self._end, [(*pair, known, until_quiet) for pair in zip(starts, places, strict=True)])
 
@@ -129,8 +130,8 @@ class Settling:
     def _end(self, start: InitialState, turns: float, known: Sequence[End] = (), until_quiet: bool = False) -> End:
         shot = Shot(self._packed, start, turns)
         course = _Course(self.gaps, self.speed, self.grows, self.system.driven)
-        home, looks = None, 0
-        while looks < MOST_STEPS // ATTEMPTS:
+        home, looks, most = None, 0, MOST_STEPS // (self.system.n_rotor + self.system.n_stator)
+        while looks < most // ATTEMPTS:
             looks += 1
             goes_on = shot.advance(ATTEMPTS)
             course.see(shot.facts())

@@ -148,8 +148,8 @@ def compared(
     torque: Scene | None = None,
     largest: float | None = None,
 ) -> Report:
-    """The Report of a run and of its predictions, as `observed` returns them; torque: the scene with the drive of the run; largest:
-    impulse in N s of the lists."""
+    """The Report of a run and of its predictions, as `observed` returns them; torque: the scene with the drive of the run;
+    largest: impulse in N s of the lists."""
     scene, features, fall = result.scene, seen.features, seen.fall
     several = bool(seen.lead)
     one = system.at_contact(seen.lead) if several else system  # of which all is told that is of one contact
