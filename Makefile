@@ -84,6 +84,7 @@ bench: $(BENCH_STAMP)
 	$(BENCH)/python bench/ensemble.py
 	$(BENCH)/python bench/sweep.py
 	$(BENCH)/python bench/main_job.py --long --write
+	$(BENCH)/python bench/energy.py --write
 	$(BENCH)/python -m pytest bench/suite --benchmark-only --benchmark-timer=time.process_time --benchmark-json=bench/results/suite.json
 	$(BENCH)/python bench/coordinates_picture.py
 	@echo "make bench: $$(( ($$(date +%s) - $$(cat out/bench_began) + 59) / 60 )) min on $$(getconf _NPROCESSORS_ONLN) cores," \
@@ -95,15 +96,18 @@ bench-quick: $(STAMP)
 	$(BIN)/python bench/ensemble.py --quick
 	$(BIN)/python bench/sweep.py --quick
 	$(BIN)/python bench/main_job.py --quick
+	$(BIN)/python bench/energy.py --quick
 	$(BIN)/python bench/stability/dozen.py --quick
 	$(BIN)/python bench/stability/maps.py --quick
 	$(BIN)/python bench/stability/physics.py --quick
+	$(BIN)/python bench/stability/internal_resonance.py --quick
 
 # where methods fail, what a tolerance does to a jump and to chaos, censuses of roots and stability: docs/users/performance.md
 stability: $(STAMP)
 	$(BIN)/python bench/stability/dozen.py
 	$(BIN)/python bench/stability/maps.py
 	$(BIN)/python bench/stability/physics.py
+	$(BIN)/python bench/stability/internal_resonance.py --write
 	$(BIN)/python bench/stability/roots_census.py --write
 	$(BIN)/python bench/stability/stability_census.py --write
 

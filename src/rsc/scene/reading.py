@@ -217,10 +217,10 @@ def _refuse_free_slip(table: RawTable, contacts: tuple[Contact, ...]) -> None:
 
 def _refuse_off(table: RawTable, rotor: RotorModel) -> None:
     """SceneError for bearings that are switched off while a torque drives the rotor."""
-    if rotor.off_times:
+    if rotor.switched_at:
         hint = "give drive.speed or drive.schedule instead of a torque"
-        key = "bearings" if isinstance(rotor, ReducedRotor) else "magnetic_bearings"
-        table.refuse(key, f"off = {rotor.off_times[0]:g}", "without off where a torque drives the rotor", hint)
+        key = "bearings" if rotor.off_times else "magnetic_bearings"
+        table.refuse(key, f"off = {rotor.switched_at[0]:g}", "without off where a torque drives the rotor", hint)
 
 
 def _refuse_coarse_time(table: RawTable, drive: Drive, contact: Contact, rotor: RotorModel) -> None:

@@ -218,7 +218,7 @@ class Scene(Brief):
         """
         drive = self.drive
         without = self if drive.inertia is None else replace(self, drive=Drive.along(drive.time, drive.speed))
-        if self.rotor.off_times:
+        if self.rotor.switched_at:
             without = replace(without, rotor=self.rotor.at_end, start=self.start.with_states(self.rotor.state_numbers(math.inf)))
         return without.with_values({"drive.speed": speed, "drive.duration": duration})
 
@@ -284,7 +284,7 @@ def _all_named(content: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """All tables of a scene's content by name, see `Scene.tables`."""
     named = {name: table for key in content if key != "title" for name, table in _named(key, content[key]).items()}
     for body in ("rotor", "stator"):
-        inner = [named[body].get("states"), *(table for _, table in named[body].get("magnetic_bearings", ()))]
+        inner = [named[body].get("states"), *(item[-1] for item in named[body].get("magnetic_bearings", ()))]
         named |= dict(zip(_inside(body, named[body]), filter(None, inner), strict=True))
     return named
 

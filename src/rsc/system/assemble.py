@@ -67,10 +67,11 @@ def assemble(scene: SceneLike) -> System:
 
 def _switched(rotor: Any) -> tuple[SwitchedOff, ...]:
     """The bearings of a rotor that are switched off during a run."""
-    times, made = getattr(rotor, "off_times", None) or (), []
+    times, made = rotor.switched_at, []
+    matrices = {name: part for name in FOLLOWING if (part := getattr(rotor, f"{name}_until", None)) is not None}
     for i, time in enumerate(times):
-        matrices = {name: getattr(rotor, f"{name}_until", None) for name in FOLLOWING}
-        own = {name: _symmetric(part[i]) for name, part in matrices.items() if part is not None}
+        known = rotor.off_times or ()
+        own = {name: _symmetric(part[known.index(time)]) for name, part in matrices.items() if time in known}
         parts = {name: _frozen(part) for name, part in own.items() if part.any()}
         states = {name: _frozen(part) for name, part in _states(rotor, time).items()}
         made.append(SwitchedOff(time, parts, states, _frozen(rotor.state_numbers((*times[i + 1 :], np.inf)[0]))))

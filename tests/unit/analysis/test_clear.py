@@ -58,7 +58,11 @@ def test_the_bound_of_a_laval_rotor_without_damping_is_exact():
 
 @pytest.mark.parametrize(
     "rotor",
-    [{"damping_ratio": None, "damping": -2.0, "allow_negative_damping": True}, {"model": "laval", "mass": 1.0, "stiffness": 0.0, "damping": 0.0}, {"eccentricity": 1e-2}],
+    [
+        {"damping_ratio": None, "damping": -2.0, "allow_negative_damping": True},
+        {"model": "laval", "mass": 1.0, "stiffness": 0.0, "damping": 0.0},
+        {"eccentricity": 1e-2},
+    ],
     ids=["grows", "nothing holds it", "touches by its unbalance"],
 )
 def test_where_it_cannot_be_told_nothing_is_claimed(rotor):

@@ -95,9 +95,9 @@ def test_the_scene_is_read_back_steady_and_mirrored():
     scene = Scene.from_dict(levitated(start={**levitated()["start"], **start}))
     assert Scene.from_toml(scene.to_toml()) == scene and scene.mirrored().mirrored() == scene
     steady = scene.steady(30.0)
-    assert steady.rotor.off_times is None and steady.start.rotor_states == (6e-6, 7e-6, 8e-6)
+    assert steady.rotor.switched_at == () and steady.start.rotor_states == (6e-6, 7e-6, 8e-6)
     later = scene.with_values({"rotor.magnetic_bearings[0].off": "60 ms"})
-    assert later.rotor.off_times == (0.03, 0.06)
+    assert later.rotor.switched_at == (0.03, 0.06)
 
 
 def test_the_mirror_image_of_a_drop_is_the_conjugate():

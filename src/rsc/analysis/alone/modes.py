@@ -43,7 +43,7 @@ class Mode:
     """One mode.
 
     frequency : Hz, damped, negative backward
-    undamped : Hz, of the mode without damping whose shape is nearest, NaN where none is
+    undamped : Hz, of the mode without damping whose shape is nearest, NaN where none is and in a closed loop
     growth_rate : 1/s, negative: it dies away
     decrement : logarithmic decrement, -growth_rate/|frequency|, infinite where it does not oscillate
     damping_ratio : -growth_rate/|lambda|
@@ -256,6 +256,17 @@ def critical_speeds(system: System, low: float, high: float) -> list[float]:
     return [speed for first, last in itertools.pairwise(counted) for speed in between(first, last, _HALVINGS)]
 
 
+def controlled_frequencies(system: System, speeds: NDArray[np.float64], joined: bool) -> NDArray[np.float64]:
+    """Signed damped natural frequencies in Hz of the rotor in its closed loop, (speeds, k), rising: of every motion that
+    oscillates at some of the speeds, 0 where it does not; joined: with the stator at every contact."""
+    systems = [system.at_speed(TWO_PI * float(speed)) for speed in speeds]
+    bodies = [joined_at_contacts(own) if joined else own.rotor for own in systems]
+    pairs = zip(bodies, speeds.tolist(), strict=True)
+    frequencies = np.array([[each.frequency for each in vibrations_of(body, speed)] for body, speed in pairs])
+    size = np.abs(frequencies).max(axis=0)
+    return frequencies[:, size > _FREE * size.max(initial=0.0)]
+
+
 def _without_damping(body: Body) -> Body:
     """The body without damping, cross-coupling and first-order states."""
     body = body.without_states()
@@ -278,7 +289,7 @@ def _mode(
     still = abs(growth) <= _UNDAMPED * fastest
     growth = 0.0 if still else growth
     remark = UNDAMPED if still else UNSTABLE if growth > 0.0 else ""
-    nearest = _nearest(body, vibration, undamped)
+    nearest = nan if body.n_states else _nearest(body, vibration, undamped)  # a controller is no spring
     return Mode(frequency, nearest, growth, -growth / abs(frequency), -growth / size, sense, share, remark)
 
 

@@ -15,7 +15,8 @@ import scipy.sparse.linalg
 from numpy.typing import ArrayLike, NDArray
 
 from rsc.errors import ReductionError
-from rsc.system.body import STATES, Body, Matrix, factors, slope_factors
+from rsc.machine.reduction.feedback import STIFFNESS, in_loop, projected_states, responding, slope_in_loop
+from rsc.system.body import Body, Matrix, factors, slope_factors
 from rsc.system.knots import Knots
 
 FloatArray = NDArray[np.float64]
@@ -40,8 +41,10 @@ def n_contacts(body: Body) -> int:
 
 
 def terms_of(body: Body) -> dict[Term, Matrix]:
-    """The matrices that act on r by term, including those of the knots."""
+    """The matrices that act on r by term, including those of the knots and the stiffness of first-order states."""
     terms: dict[Term, Matrix] = {name: matrix for name, matrix in body.terms.items()}
+    if body.n_states:
+        terms[STIFFNESS] = body.state_stiffness
     if body.knots is not None:
         terms |= {(name, i): matrix for name, part in body.knots.parts.items() for i, matrix in enumerate(part)}
     return terms
@@ -51,6 +54,8 @@ def factors_of(body: Body, Psi: ArrayLike, Omega: ArrayLike, of: Callable[..., d
     """Factor of each term in A(Psi, Omega), or in its slope (of = slope_factors); absent terms are omitted."""
     factor = of(Psi, Omega)
     made: dict[Term, Any] = {name: factor[name] for name in body.terms if name in factor}
+    if body.n_states and "stiffness" in factor:
+        made[STIFFNESS] = factor["stiffness"]
     if body.knots is not None:
         shares = body.knots.shares(Omega)
         made |= {
@@ -62,12 +67,14 @@ def factors_of(body: Body, Psi: ArrayLike, Omega: ArrayLike, of: Callable[..., d
 
 def dynamic_stiffness(body: Body, Psi: ArrayLike, Omega: ArrayLike) -> Matrix:
     """A(Psi, Omega) in N/m, rad/s, with the coefficients at that speed; Psi and Omega broadcast if the matrices are ndarrays."""
-    return _sum(factors_of(body, Psi, Omega), terms_of(body))
+    matrix = _sum(factors_of(body, Psi, Omega), terms_of(body))
+    return matrix - in_loop(body, Psi) if body.n_states else matrix
 
 
 def slope(body: Body, Psi: ArrayLike, Omega: ArrayLike) -> Matrix:
     """dA/dPsi at constant Omega, N s/m."""
-    return _sum(factors_of(body, Psi, Omega, slope_factors), terms_of(body))
+    matrix = _sum(factors_of(body, Psi, Omega, slope_factors), terms_of(body))
+    return matrix - slope_in_loop(body, Psi) if body.n_states else matrix
 
 
 def _sum(factor: dict[Term, Any], terms: dict[Term, Matrix]) -> Matrix:
@@ -85,7 +92,8 @@ def projected(body: Body, basis: FloatArray, images: dict[Term, Any] | None = No
         numbers = range(len(body.knots.speed))
         knots = replace(body.knots, parts={name: np.array([matrices[name, i] for i in numbers]) for name in body.knots.parts})
     return Body(
-        **{name: matrices[name] for name in body.terms},
+        **{name: matrix for name, matrix in matrices.items() if isinstance(name, str)},
+        **projected_states(body, basis),
         knots=knots,
         contact=(basis.T @ body.contact.T).T,
         unbalance=basis.T @ body.unbalance,
@@ -108,15 +116,17 @@ def checked(body: Body) -> Body:
         separately (directions.Unequal).
     """
     n = body.n_coordinates
-    if not body.isotropic or body.unbalance_euler.size or any(getattr(body, name) is not None for name in STATES):
-        names = "anisotropic matrices, first-order states and unbalance_euler"
-        raise ReductionError(f"{names} must not be part of a body to be reduced")
+    if not body.isotropic or body.unbalance_euler.size:
+        raise ReductionError("anisotropic matrices and unbalance_euler must not be part of a body to be reduced")
     if n > MOST:
         raise ReductionError(f"{n} complex coordinates are too many (at most {MOST}); reduce them in the program that made them")
     as_sparse = any(scipy.sparse.issparse(matrix) for matrix in body.terms.values()) and n > FEW
     if not as_sparse and n > 10 * FEW:
         raise ReductionError(f"{n} complex coordinates need sparse matrices (ndarrays: at most {10 * FEW})")
     fields: dict[str, Any] = {name: _matrix(name, matrix, n, as_sparse) for name, matrix in body.terms.items()}
+    if body.n_states:
+        own = _matrix(STIFFNESS, body.state_stiffness, n, as_sparse)
+        fields[STIFFNESS] = 0.0 * fields["stiffness"] if own is None else own
     if fields["mass"].diagonal().min() < 0.0 or not fields["mass"].diagonal().any():
         raise ReductionError("mass has a negative diagonal entry, or only zeros")
     rows = (n,) if np.ndim(body.contact) == 1 else (-1, n)
@@ -199,7 +209,8 @@ def static_solver(body: Body) -> Callable[[NDArray[Any]], NDArray[Any]]:
             raise _free() from None
         # with equal row and column permutations the pivots are those of a symmetric elimination
         _hold(factor.U.diagonal() if (factor.perm_r == factor.perm_c).all() else np.zeros(1))
-        return lambda columns: scale[:, None] * _by_parts(factor.solve, scale[:, None] * columns)
+        solve = by_parts(factor.solve)
+        return lambda columns: scale[:, None] * solve(scale[:, None] * columns)
     try:
         triangle = scipy.linalg.cholesky(scale[:, None] * body.stiffness * scale, lower=True)
     except np.linalg.LinAlgError:
@@ -231,12 +242,15 @@ def factored(matrix: Matrix) -> Any:
     return scipy.sparse.linalg.splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
 
 
-def _by_parts(solve: Callable[[Any], Any], columns: Any) -> Any:
-    """Solve with a real factorization, also for complex columns."""
-    columns = np.asarray(columns)
-    if np.iscomplexobj(columns):
-        return solve(np.ascontiguousarray(columns.real)) + 1j * solve(np.ascontiguousarray(columns.imag))
-    return solve(np.ascontiguousarray(columns))
+def by_parts(solve: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """A real factorization's solution, also for complex columns."""
+
+    def solved(columns: Any) -> Any:
+        if np.iscomplexobj(columns):
+            return solve(np.ascontiguousarray(columns.real)) + 1j * solve(np.ascontiguousarray(columns.imag))
+        return solve(np.ascontiguousarray(columns))
+
+    return solved
 
 
 ON_A_POLE = "the body is undamped and the band starts, ends or has a point at one of its natural frequencies"
@@ -244,8 +258,11 @@ ON_A_POLE = "the body is undamped and the band starts, ends or has a point at on
 OFF_THE_POLE = 1.0 + 1e-12
 
 
-def solutions(body: Body, Psi: FloatArray, Omega: FloatArray, columns: ComplexArray, moved: float = 1.0) -> ComplexArray:
-    """A(Psi, Omega)^-1 column for every point: (p,), (p,) and (n, p) -> (p, n).
+def solutions(
+    body: Body, Psi: FloatArray, Omega: FloatArray, columns: ComplexArray, moved: float = 1.0, left: bool = False
+) -> ComplexArray:
+    """A(Psi, Omega)^-1 column for every point: (p,), (p,) and (n, p) -> (p, n); left: those of its transpose, which is A itself
+    without first-order states.
 
     A point exactly on a natural frequency of an undamped body is moved slightly; moved: factor of the frequencies.
 
@@ -260,12 +277,13 @@ def solutions(body: Body, Psi: FloatArray, Omega: FloatArray, columns: ComplexAr
     try:
         if scipy.sparse.issparse(body.mass):
             for i in range(len(Psi)):
-                result[i] = _sparse_solution(body, Psi[i], Omega[i], columns[:, i])
+                result[i] = _sparse_solution(body, Psi[i], Omega[i], columns[:, i], left)
         else:
             step = max(1, _BLOCK // (16 * n * n))
             for i in range(0, len(Psi), step):
                 part = slice(i, i + step)
                 matrices = dynamic_stiffness(body, Psi[part], Omega[part])
+                matrices = matrices.swapaxes(1, 2) if left else matrices
                 result[part] = np.linalg.solve(matrices, columns.T[part, :, None])[..., 0]
         finite = bool(np.isfinite(result).all())
     except (np.linalg.LinAlgError, RuntimeError):
@@ -274,19 +292,23 @@ def solutions(body: Body, Psi: FloatArray, Omega: FloatArray, columns: ComplexAr
         return result
     if moved > 1.0:
         raise ReductionError(ON_A_POLE)
-    return solutions(body, Psi, Omega, columns, OFF_THE_POLE)
+    return solutions(body, Psi, Omega, columns, OFF_THE_POLE, left)
 
 
-def _sparse_solution(body: Body, Psi: float, Omega: float, column: ComplexArray) -> ComplexArray:
+def _sparse_solution(body: Body, Psi: float, Omega: float, column: ComplexArray, left: bool) -> ComplexArray:
     """One solution with iterative refinement: elimination without row exchanges loses digits."""
+    states: Any = body
+    motion = responding(body, Psi) if body.n_states else None
     scale = 1.0 / np.sqrt(body.stiffness.diagonal())
     factor = factored(_scaled(dynamic_stiffness(body, Psi, Omega), scale))
     terms = terms_of(body)
     x, residual = np.zeros(len(column), complex), column
     for _ in range(1 + _CORRECTIONS):
-        x = x + scale * factor.solve(scale * residual)
-        forces = (share * product(terms[name], x) for name, share in factors_of(body, Psi, Omega).items())
-        residual = (column - sum(forces)).astype(complex)
+        x = x + scale * factor.solve(scale * residual, "T" if left else "N")
+        forces = sum(share * product(terms[name], x) for name, share in factors_of(body, Psi, Omega).items())
+        if motion is not None:
+            forces = forces - (motion.T @ (states.state_force.T @ x) if left else states.state_force @ (motion @ x))
+        residual = (column - forces).astype(complex)
     return x
 
 

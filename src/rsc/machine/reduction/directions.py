@@ -185,8 +185,7 @@ class _Comparison:
             synchronous = self.shift.off_zero(between(speeds, N_SYNCHRONOUS // fewer, offset)).tolist()
             places += [FrequencyPoint(Omega, Omega, list(range(forces, last))) for Omega in synchronous]
         loaded = compared_speeds(self.body, speeds, 2, offset).tolist() if self.body.knots is not None else [speeds[0]]
-        loading = float(np.sqrt(self.shift.square))
-        return places + [FrequencyPoint(loading, Omega, [last]) for Omega in loaded if self.body.load.any()]
+        return places + [FrequencyPoint(self.shift.loading, Omega, [last]) for Omega in loaded if self.body.load.any()]
 
     def closer(
         self, known: Known, shares: FloatArray, band: tuple[float, float], speeds: tuple[float, float]

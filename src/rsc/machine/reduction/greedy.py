@@ -2,7 +2,8 @@
 
 Galerkin projection with a real basis V, orthonormal with the stiffness, keeps every matrix real and symmetric. The reduced
 displacement V y leaves the residual rho = input - A V y; the error at a contact is exactly rho_l^T A^-1 rho with the residual
-rho_l of its contact row, hence quadratic in the error of the basis (A is complex symmetric).
+rho_l of its contact row, hence quadratic in the error of the basis. A is complex symmetric but for first-order states, where
+rho_l is that of A^T and the solutions of A^T belong to the basis as well.
 """
 
 from dataclasses import replace
@@ -21,8 +22,9 @@ from rsc.machine.reduction.body import (
     solutions,
     terms_of,
 )
+from rsc.machine.reduction.feedback import state_coefficients, state_columns
 from rsc.machine.reduction.points import Points, Scale
-from rsc.machine.reduction.shift import shift_of, shifted_solver, slow_motions
+from rsc.machine.reduction.shift import loop_solver, shift_of, shifted_solver, slow_motions
 from rsc.system.body import Body
 
 # a direction whose remainder after orthogonalisation is below this fraction is in the basis up to rounding
@@ -53,12 +55,14 @@ class Basis:
         self.exact, self.margin = body.n_coordinates <= FEW, 1.0
         self.safety = SAFETY if self.exact else SAFETY_ESTIMATED
         self._inputs = self.static(body.inputs)
-        self.scale = Scale(body, self._inputs, self.static(body.outputs.T))
+        typical = loop_solver(body, reach) if body.n_states else self.static
+        self.scale = Scale(body, typical(body.inputs), typical(body.outputs.T))
         self.vectors = np.zeros((body.n_coordinates, 0))
         self._terms = terms_of(body)
         self._images = dict.fromkeys(self._terms, self.vectors)
         self._deflections = dict(self._images)
         self._gram: ComplexArray | None = None
+        self._by_states = state_columns(body)
         self.reduced = body
         self.contacts = n_contacts(body)
         for motion in slow_motions(body, self.static, self.shift).T if self.shift.square else ():
@@ -144,18 +148,21 @@ class Basis:
         energies, estimates = self._residual_energies(points, y), []
         for i in range(self.contacts):
             contact = replace(points, column=np.full_like(points.column, i))
-            y_contact = solutions(self.reduced, points.Psi, points.Omega, self.reduced.inputs[:, contact.column])
-            estimates.append(np.sqrt(np.abs(energies * self._residual_energies(contact, y_contact))))
+            columns = self.reduced.inputs[:, contact.column]
+            y_contact = solutions(self.reduced, points.Psi, points.Omega, columns, left=bool(self.body.n_states))
+            estimates.append(np.sqrt(np.abs(energies * self._residual_energies(contact, y_contact, left=True))))
         return np.column_stack(estimates)
 
-    def _residual_energies(self, points: Points, y: ComplexArray) -> FloatArray:
-        """(p,) rho^H K^-1 rho of the residual at every point."""
+    def _residual_energies(self, points: Points, y: ComplexArray, left: bool = False) -> FloatArray:
+        """(p,) rho^H K^-1 rho of the residual at every point; left: of the transposed equation."""
         factor = factors_of(self.body, points.Psi, points.Omega)
         parts = [-factor[name][:, None] * y for name in self._images]
+        parts.append(state_coefficients(self.reduced, points.Psi, y, left))
         coefficients = np.hstack([np.eye(self._inputs.shape[1])[points.column], *parts])
         if self._gram is None:
-            forces = np.hstack([self.body.inputs, *self._images.values()])
-            self._gram = forces.conj().T @ np.hstack([self._inputs, *self._deflections.values()])
+            forces = np.hstack([self.body.inputs, *self._images.values(), self._by_states])
+            deflections = [self._inputs, *self._deflections.values(), self.static(self._by_states)]
+            self._gram = forces.conj().T @ np.hstack(deflections)
         return np.einsum("pi,pi->p", coefficients.conj(), coefficients @ self._gram.T).real
 
     def grow(self, points: Points, tolerance: float) -> list[tuple[int, float]]:
@@ -178,11 +185,14 @@ class Basis:
             self.take(points, worst, tolerance)
 
     def take(self, points: Points, worst: int, tolerance: float) -> None:
-        """Add the solution at the worst point."""
+        """Add the solution at the worst point, or with first-order states one of the transposed equation there."""
         if worst not in points.states:
             points.solve(self.body, np.array([worst]))
-        n = self.vectors.shape[1]
-        if n >= MOST_COORDINATES or not self.add(points.states[worst]):
+        n, solved = self.vectors.shape[1], [points.states[worst]]
+        if self.body.n_states:
+            one = np.full(self.contacts, points.Psi[worst]), np.full(self.contacts, points.Omega[worst])
+            solved += list(solutions(self.body, *one, self.body.inputs[:, : self.contacts], left=True))
+        if n >= MOST_COORDINATES or not self.add(*solved):
             raise unmet(tolerance, n, float(self.shares(points, tolerance)[worst]) * tolerance)
 
 

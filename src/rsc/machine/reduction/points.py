@@ -6,6 +6,7 @@ import numpy as np
 import scipy.linalg
 
 from rsc.machine.reduction.body import ComplexArray, FloatArray, n_contacts, solutions
+from rsc.machine.reduction.feedback import loop_frequencies
 from rsc.machine.reduction.shift import HELD, Shift
 from rsc.system.body import Body
 
@@ -51,9 +52,10 @@ def points(
     """Points in the band and at the speeds; an offset between 0 and 1 shifts them between those of offset 0.
 
     The receptance is sampled at equal spacing, next to undamped natural frequencies, and at peaks and antiresonances of the
-    reduced body; for a body with equal forward and backward whirl on one side only. Unbalance responses are sampled likewise
-    along the speeds. The load is one point. With several contacts each has its own receptance, with a force there. With a shift
-    no frequency is below its lowest one, and the load is one that oscillates with the frequency of the shift.
+    reduced body, of one with first-order states also at the frequencies of its closed loop; for a body with equal forward and
+    backward whirl on one side only. Unbalance responses are sampled likewise along the speeds. The load is one point. With
+    several contacts each has its own receptance, with a force there. With a shift no frequency is below its lowest one, and the
+    load is one that oscillates with the frequency of the shift.
     """
     resonant = body if isinstance(body.mass, np.ndarray) else reduced
     Omegas, beside = compared_speeds(body, speeds, N_SPEEDS, offset), 1.0 + BESIDE * (1.0 + offset)
@@ -64,6 +66,8 @@ def points(
     c = n_contacts(body)
     for Omega in Omegas:
         natural = natural_frequencies(resonant, Omega, shift) * beside
+        if body.n_states:
+            natural = np.concatenate([natural, loop_frequencies(reduced, Omega)])
         natural = natural[(natural > low) & (natural < high)]
         for contact in range(c):
             turns = extrema(reduced, (low, high), contact, contact, Omega, shift)
@@ -77,7 +81,7 @@ def points(
         rows.append((Psi, Psi, int(column)))
     if body.load.any():
         held = Omegas[:1] if body.knots is None else Omegas
-        rows.append((np.full(held.shape, np.sqrt(shift.square)), held, c + body.unbalance.shape[1]))
+        rows.append((np.full(held.shape, shift.loading), held, c + body.unbalance.shape[1]))
     frequencies, rotor_speeds = (np.concatenate([row[i] for row in rows]) for i in (0, 1))
     columns = np.concatenate([np.full(row[0].shape, row[2]) for row in rows])
     return Points(frequencies, rotor_speeds, columns, np.full((len(columns), len(body.outputs)), np.nan + 0j), {}, c)
@@ -231,12 +235,13 @@ class Scale:
     inputs : (n, c + m + 1)
         Static deflections due to the inputs.
     outputs : (n, c + q)
-        Static deflections due to unit forces at the outputs.
+        Static deflections due to unit forces at the outputs. With first-order states both are due to forces that grow, in the
+        closed loop.
     """
 
     def __init__(self, body: Body, inputs: ComplexArray, outputs: FloatArray) -> None:
-        self._input = np.einsum("ij,ij->j", body.inputs.conj(), inputs).real
-        self._output = np.einsum("ij,ij->j", body.outputs.T, outputs)
+        self._input = np.abs(np.einsum("ij,ij->j", body.inputs.conj(), inputs).real)
+        self._output = np.abs(np.einsum("ij,ij->j", body.outputs.T, outputs))
         c = n_contacts(body)
         alone = [np.sqrt(self._output[i] / (shape @ (body.mass @ shape))) for i, shape in enumerate(outputs.T[:c])]
         self._Psi_one = np.array(alone + [min(alone)] * (len(self._input) - c))  # of every input

@@ -63,6 +63,7 @@ class Reduced:
     highest_after: float
     error: float  # largest of the checks at the contact
     model: FiniteElementModel | None = None  # for a scene: the full machine with all its bearings
+    states: Any = None  # and its `rsc.scene.bodies.states.StateMatrices`, None without first-order states
 
     def recover(self, displacements: NDArray[np.complex128]) -> NDArray[np.complex128]:
         """Displacements, or velocities, (..., r) of the reduced body -> (..., n) of the full one."""

@@ -11,10 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg
+import scipy.sparse.linalg
 from numpy.typing import NDArray
 
 from rsc.errors import ReductionError
-from rsc.machine.reduction.body import ADVICE, static_solver
+from rsc.machine.reduction.body import ADVICE, by_parts, static_solver
+from rsc.machine.reduction.feedback import growing
 from rsc.system.body import Body, Matrix
 
 FloatArray = NDArray[np.float64]
@@ -27,7 +29,8 @@ _INDEFINITE = -1e-6  # w^2 of a motion relative to that of the shift
 
 
 class Shift(NamedTuple):
-    """square: w^2 in (rad/s)^2; least: lowest frequency that is compared, rad/s. Both are 0 for a body that is held."""
+    """square: w^2 in (rad/s)^2, 0 for a body that is held; least: lowest frequency that is compared, rad/s, 0 for one that is
+    held and has no first-order states, of which those that integrate have no response at 0."""
 
     square: float
     least: float
@@ -38,9 +41,14 @@ class Shift(NamedTuple):
 
     def off_zero(self, frequencies: Any) -> Any:
         """Frequencies in rad/s, those below the lowest one moved to it."""
-        if not self.square:
+        if not self.least:
             return frequencies
         return np.where(np.abs(frequencies) < self.least, np.copysign(self.least, frequencies), frequencies)
+
+    @property
+    def loading(self) -> float:
+        """The frequency at which the constant load is compared, rad/s."""
+        return float(np.sqrt(self.square)) or self.least
 
 
 HELD = Shift(0.0, 0.0)
@@ -50,12 +58,13 @@ def shift_of(body: Body, reach: float) -> Shift:
     """The shift for a body and a band up to `reach` in rad/s: none if a static force at a contact does not move it like a body
     that is hardly held."""
     shift = Shift((SHIFTED * reach) ** 2, LEAST * reach)
+    held = Shift(0.0, shift.least) if body.n_states else HELD
     try:
         static = static_solver(body)(np.atleast_2d(body.contact).T)
     except ReductionError:
-        return shift if reach else HELD
+        return shift if reach else held
     square = np.einsum("ij,ij->j", np.atleast_2d(body.contact).T, static) / np.einsum("ij,ij->j", static, body.mass @ static)
-    return shift if square.min() < (SOFT * reach) ** 2 else HELD
+    return shift if square.min() < (SOFT * reach) ** 2 else held
 
 
 def shifted_solver(body: Body, shift: Shift) -> Callable[[NDArray[Any]], NDArray[Any]]:
@@ -67,6 +76,25 @@ def shifted_solver(body: Body, shift: Shift) -> Callable[[NDArray[Any]], NDArray
         The body buckles, or has a motion without stiffness and mass.
     """
     return static_solver(replace(body, stiffness=shift.stiffness(body)) if shift.square else body)
+
+
+def loop_solver(body: Body, reach: float) -> Callable[[NDArray[Any]], NDArray[Any]]:
+    """Function (n, k) -> A^-1 (n, k) of a body with first-order states, for forces that grow like e^{w t} with w of the shift.
+
+    Raises
+    ------
+    ReductionError
+        Its controller resonates with just that growth.
+    """
+    rate = SHIFTED * reach
+    matrix = growing(body, rate, Shift(rate**2, 0.0).stiffness(body))
+    try:
+        if scipy.sparse.issparse(matrix):
+            return by_parts(scipy.sparse.linalg.splu(scipy.sparse.csc_array(matrix)).solve)
+        inverse = np.linalg.inv(matrix)
+    except (np.linalg.LinAlgError, RuntimeError):
+        raise ReductionError(f"its first-order states let it grow at {rate:.4g} 1/s") from None
+    return lambda columns: inverse @ columns
 
 
 def slow_motions(body: Body, static: Callable[[NDArray[Any]], NDArray[Any]], shift: Shift) -> FloatArray:

@@ -70,7 +70,7 @@ class BodyModel(ABC):
     supports_by_speed: Any = None
     states: Any = None
     magnetic_bearings: Any = None
-    off_times: Any = None  # s, at which bearings are switched off
+    off_times: Any = None  # s, at which bearings are switched off that are part of the matrices
 
     @property
     @abstractmethod
@@ -124,6 +124,12 @@ class BodyModel(ABC):
     def at_end(self) -> Any:
         """The body without bearings that are switched off."""
         return self
+
+    @property
+    def switched_at(self) -> tuple[float, ...]:
+        """Times in s at which bearings are switched off, magnetic ones included; increasing."""
+        magnetic = [item[-1].off for item in self.magnetic_bearings or ()]
+        return tuple(sorted({*(self.off_times or ()), *(off for off in magnetic if off is not None)}))
 
     @property
     def n_states(self) -> int:

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rsc.errors import one_line
+from rsc.scene.bodies.states import MagneticBearing
 from rsc.scene.keys.keys import RawTable
 from rsc.scene.keys.readers import Choice, Number, as_list
 
@@ -57,10 +58,11 @@ class DrawnReader:
         return Drawn(kind, parts[1], *numbers)
 
 
-def drawn_content(model: Any, basis: Any, touching: Sequence[Any]) -> dict[str, Any]:
+def drawn_content(model: Any, basis: Any, touching: Sequence[Any], controls: Sequence[Any]) -> dict[str, Any]:
     """Keys of the reduced body of a model that was made from a shaft: `drawn`, `nodes` and `node_rows`; none of another.
 
-    basis : (n, r), displacements = basis @ reduced ones; touching : names of the contact positions
+    basis : (n, r), displacements = basis @ reduced ones; touching : names of the contact positions;
+    controls : `rsc.scene.bodies.controls.Control`, of which magnetic bearings are drawn
     """
     if model.shaft is None:
         return {}
@@ -69,13 +71,18 @@ def drawn_content(model: Any, basis: Any, touching: Sequence[Any]) -> dict[str, 
     order = np.argsort(places)
     seen = np.asarray(basis)[rows[order]]
     return {
-        "drawn": [list(part) for part in _parts(model.shaft, touching)],
+        "drawn": [list(part) for part in _parts(model.shaft, touching, _magnets(controls))],
         "nodes": places[order].tolist(),
         "node_rows": [[float(f"{value:.{_DIGITS}g}") for value in row] for row in seen.tolist()],
     }
 
 
-def _parts(shaft: Any, touching: Sequence[Any]) -> list[Drawn]:
+def _magnets(controls: Sequence[Any]) -> dict[str, str]:
+    """Place -> name of the magnetic bearings among the controls of a shaft."""
+    return {one.actuators[0]: one.name for one in controls if isinstance(one.own, MagneticBearing)}
+
+
+def _parts(shaft: Any, touching: Sequence[Any], magnets: dict[str, str]) -> list[Drawn]:
     sections = len(shaft.sections)
     made = [
         Drawn(SECTION if i < sections else SLEEVE, one.section.name, one.start, one.end, *one.section.outer, *one.section.inner)
@@ -83,8 +90,9 @@ def _parts(shaft: Any, touching: Sequence[Any]) -> list[Drawn]:
     ]
     made += [_disk(disk, shaft) for disk in shaft.disks]
     at = [(BEARING, one.name, one.place) for one in shaft.supports]
+    at += [(BEARING, name, shaft.places[place]) for place, name in magnets.items()]
     at += [(CONTACT, str(name), shaft.places[name]) for name in touching]
-    at += [(PLACE, name, place) for name, place in shaft.places.items() if name not in touching]
+    at += [(PLACE, name, place) for name, place in shaft.places.items() if name not in (*touching, *magnets)]
     return made + [Drawn(kind, one_line(name), place, place, *(shaft.diameter_at(place),) * 2) for kind, name, place in at]
 
 

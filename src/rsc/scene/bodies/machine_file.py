@@ -1,9 +1,11 @@
 """A machine of a scene before reduction: its model, unbalances, loads and observers; read here from a file of `rsc import`."""
 
 from collections.abc import Callable, Mapping, Sequence
+from math import inf
 from typing import Any, NamedTuple
 
 from rsc.errors import DataError, one_line
+from rsc.scene.bodies.controls import Control, machine_bearings, placed_states, states_until
 from rsc.scene.bodies.off import off_time
 from rsc.scene.bodies.reduced import AMOUNT, BEARINGS, MachineRotor, MachineStator
 from rsc.scene.keys.keys import RawTable, read_table
@@ -21,11 +23,20 @@ class Machine(NamedTuple):
     at_nodes: dict[str, Any]  # unbalances, loads and gravity, as arguments of `rsc.machine.model.contact.body_of`
     observers: list[Any]
     switched: tuple[tuple[float, Any], ...] = ()  # (time, the model until then) of bearings that are switched off, by time
+    controls: tuple[Control, ...] = ()  # first-order states, magnetic bearings included
 
     @property
     def earlier(self) -> list[Any]:
-        """The models until each time at which bearings are switched off."""
+        """The models until each time at which bearings that are part of it are switched off."""
         return [model for _, model in self.switched]
+
+    @property
+    def stages(self) -> list[tuple[Any, Any]]:
+        """(model, its StateMatrices or None) from each time to the next at which bearings are switched off."""
+        times = sorted({*(time for time, _ in self.switched), *(one.off for one in self.controls if one.off is not None)})
+        acting = [next((model for off, model in self.switched if off >= time), self.model) for time in times]
+        pairs = zip((*acting, self.model), (*times, inf), strict=True)
+        return [(model, states_until(self.controls, model, time)) for model, time in pairs]
 
 
 def machine_of_file(table: RawTable, elsewhere: Any, nodes: Sequence[Any]) -> Machine:
@@ -51,13 +62,30 @@ def machine_of_file(table: RawTable, elsewhere: Any, nodes: Sequence[Any]) -> Ma
     if model.anisotropic_mass is not None:
         table.refuse("file", values["file"], "a model with isotropic mass")
     switched: tuple[tuple[float, Any], ...] = ()
+    controls: tuple[Control, ...] = ()
     if rotor:
         model, switched = _with_bearings(table, model, values["bearings"])
+        controls = _controls(table, model, values)
     origin = f"{model.source} ({values['file']}, sha256 {digest[:16]})"
     at_nodes = _at_nodes(table, values) if rotor else {}
     observers = _observers(table, values["observers"], nodes)
     values.refuse_untaken(besides=("contact",))  # contact locations are read with the contacts
-    return Machine(model, origin, "file", values["file"], at_nodes, observers, switched)
+    return Machine(model, origin, "file", values["file"], at_nodes, observers, switched, controls)
+
+
+def _controls(table: RawTable, model: Any, values: Mapping[str, Any]) -> tuple[Control, ...]:
+    """The first-order states of a machine, between nodes that it has."""
+    from rsc.machine.model.contact import row_at
+
+    def place(table: RawTable, key: str, raw: Any) -> Any:
+        try:
+            row_at(model, place_of(table, raw, key))
+        except (DataError, ValueError, TypeError) as error:
+            table.refuse(key, raw, "a place of the model", getattr(error, "problem", ""))
+        return raw
+
+    made = placed_states(table, values["states"], place) + machine_bearings(table, values["magnetic_bearings"], place)
+    return tuple(made)
 
 
 def _observers(table: RawTable, raw: object, nodes: Sequence[Any]) -> list[Any]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from rsc.errors import DataError, ReductionError, one_line, shown
+from rsc.scene.bodies.controls import control_content
 from rsc.scene.bodies.drawn import drawn_content
 from rsc.scene.bodies.machine_file import Machine, place_of
 from rsc.scene.bodies.reduced import Reduction
@@ -100,28 +101,29 @@ def reduced(
     """
     from rsc.machine.model.contact import body_of
 
-    rotor, model, observers = table.name == "rotor", machine.model, machine.observers
+    rotor, model, observers, stages = table.name == "rotor", machine.model, machine.observers, machine.stages
     if model.free:
         _refuse_loose(table, machine, touching)
     tolerance, (low, high), (slowest, fastest) = reduction
     top = max(abs(slowest), abs(fastest))
-    places, models, results = [place_of(table, place) for place in touching], [*machine.earlier, model], list[Any]()
+    places, results = [place_of(table, place) for place in touching], list[Any]()
     try:
-        parts = [body_of(each, places, observers=observers, speed=top, **machine.at_nodes) for each in models]
+        parts = [body_of(each, places, observers=observers, speed=top, **machine.at_nodes) for each, _ in stages]
     except DataError as error:
         table.refuse("contact", only_or_all(touching), "a place of the model", error.problem)
     except ValueError as error:
         table.refuse("unbalance", table.values.get("unbalance"), str(error))
     try:
         ranges = (TWO_PI * low, TWO_PI * high), (TWO_PI * slowest, TWO_PI * fastest)
-        for each, body in zip(models, parts, strict=True):  # with all bearings first, without those switched off last
+        for (each, states), body in zip(stages, parts, strict=True):  # with all bearings first, without those switched off last
             begin = results[-1].basis if results else None
-            results.append(_reduced_model(each, body, ranges, tolerance, begin))
+            results.append(_reduced_model(each, _in_loop(body, states), ranges, tolerance, begin))
     except ReductionError as error:
         table.refuse(machine.key, machine.value, "a body that can be reduced", str(error))
     result = replace(results[-1], error=max(one.error for one in results))
     origin = f"{machine.origin}, contact at {shown(only_or_all(touching))}"
     content = _content(result, rotor) | _anisotropic(model, result) | _until(machine, result) | {
+        **control_content(machine.controls, model, result.basis),
         "observers": [one_line(place) for place in observers],
         "origin": one_line(origin)[:400],
         "tolerance": tolerance,
@@ -131,8 +133,14 @@ def reduced(
     if model.speed is not None:
         content["coefficients_at"] = model.speed
     if rotor:
-        content |= drawn_content(models[0], result.basis, touching)
-    return RawTable(table.file, table.name, content, table.folder), replace(result, model=models[0])
+        content |= drawn_content(stages[0][0], result.basis, touching, machine.controls)
+    result = replace(result, model=stages[0][0], states=stages[0][1])
+    return RawTable(table.file, table.name, content, table.folder), result
+
+
+def _in_loop(body: Any, states: Any) -> Any:
+    """A body to be reduced with its first-order states, if there are any."""
+    return body if states is None else replace(body, **{f"state_{name}": getattr(states, name) for name in states._fields})
 
 
 def _reduced_model(model: Any, body: Any, ranges: tuple[Any, Any], tolerance: float, begin: Any) -> Any:
@@ -169,13 +177,15 @@ def _until(machine: Machine, result: Any) -> dict[str, Any]:
 
 
 def _refuse_loose(table: RawTable, machine: Machine, touching: Sequence[Any]) -> None:
-    """SceneError for a free body, unless it is a rotor that its contacts catch in every motion."""
+    """SceneError for a free body, unless it is a rotor that its magnetic bearings and its contacts catch in every motion."""
     from rsc.machine.imports.bearings import refuse_loose
     from rsc.machine.model.contact import row_at
 
     rotor = table.name == "rotor"
+    holding = [row for one in machine.controls if one.off is None for row in one.rows(machine.model)[0]]
     try:
-        refuse_loose(machine.model, [row_at(machine.model, place_of(table, place)) for place in touching] if rotor else [])
+        caught = [row_at(machine.model, place_of(table, place)) for place in touching] if rotor else []
+        refuse_loose(machine.model, [*caught, *holding])
     except DataError as error:
         table.refuse("bearings", table.values.get("bearings"), f"bearings that support the {table.name}", error.problem)
 

@@ -12,11 +12,15 @@ from typing import Any
 import numpy as np
 
 from rsc.scene.bodies.body_model import LOAD, MASS, BodyModel, RotorModel
+from rsc.scene.bodies.controls import BEARINGS_MEANING, MACHINE_BEARINGS, STATES_MEANING
+from rsc.scene.bodies.controls import STATES as PLACED
 from rsc.scene.bodies.drawn import DrawnReader
 from rsc.scene.bodies.off import OFF
+from rsc.scene.bodies.states import HasStates, MagneticBearing
 from rsc.scene.files.matrix_files import MatrixReader, is_definite, refuse_asymmetric
 from rsc.scene.keys import mirror
 from rsc.scene.keys.keys import RawTable, declare
+from rsc.scene.keys.nested import Inner
 from rsc.scene.keys.readers import Flag, Integer, Keyed, Later, Listed, Number, PairReader, Sequence, Text
 from rsc.system.knots import ANISOTROPIC, FOLLOWING
 
@@ -50,6 +54,10 @@ BEARINGS = Later(
 
 COMPLEX_MATRIX = Sequence(Sequence(PairReader("dimensionless")))
 KNOTS, COMPLEX_KNOTS = Sequence(MatrixReader()), Sequence(COMPLEX_MATRIX)
+_ROW = Sequence(Number("dimensionless"))
+REDUCED_BEARINGS = Later(
+    "a list of [row of the actuator, row of the sensor, {...}]", (Sequence(Listed((_ROW, _ROW, Inner(MagneticBearing)))),)
+)
 MORE = "Additions at the knots to the"
 UNTIL = "Additions until each of the off_times to the"
 
@@ -80,6 +88,10 @@ class MachineRotor(_Machine):
         meaning="Node at the contact, by number or name, or a position between two; {node = 12, against = 57}: two in contact.",
     )
     bearings: object = declare(BEARINGS, (), meaning="Bearings and seals from nodes to ground, in addition to those in the file.")
+    magnetic_bearings: object = declare(
+        MACHINE_BEARINGS, None, meaning=f"{BEARINGS_MEANING}, as [node, table of numbers]; `sensor`: another node (below)."
+    )
+    states: object = declare(PLACED, None, meaning=STATES_MEANING)
     unbalance: object = declare(UNBALANCES, (), meaning="Unbalances at nodes, with angles ahead of the y axis.")
     load: object = declare(LOADS, (), meaning="Constant forces at nodes.")
     gravity: float | None = declare(
@@ -225,9 +237,12 @@ def _check(values: Any, table: RawTable, free: bool) -> None:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReducedRotor(_Reduced, RotorModel):
+class ReducedRotor(HasStates, _Reduced, RotorModel):
     """[rotor] model = "reduced": result of reading a "machine"."""
 
+    magnetic_bearings: tuple | None = declare(
+        REDUCED_BEARINGS, None, meaning=f"{BEARINGS_MEANING}, as [row of the actuator, row of the sensor, table of numbers]."
+    )
     gyroscopic: tuple | None = declare(MatrixReader(), None, meaning="Gyroscopic matrix G, symmetric.")
     rotating_damping: tuple | None = declare(
         MatrixReader(), None, meaning="Rotating damping D_i (r' - i Omega r), symmetric."
@@ -278,7 +293,7 @@ class ReducedRotor(_Reduced, RotorModel):
     def at_end(self) -> "ReducedRotor":
         """The rotor without the bearings that are switched off."""
         without: dict[str, Any] = {f"{name}_until": None for name in FOLLOWING}
-        return replace(self, off_times=None, **without)
+        return replace(super().at_end, off_times=None, **without)
 
     def knots(self) -> Any:
         """As stored."""

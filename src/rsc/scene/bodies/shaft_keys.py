@@ -4,8 +4,10 @@ from dataclasses import dataclass
 
 from rsc.machine.shaft.parts import Material
 from rsc.scene.bodies.body_model import RAYLEIGH
+from rsc.scene.bodies.controls import BEARINGS_MEANING, STATES, STATES_MEANING
 from rsc.scene.bodies.off import OFF, OFF_MEANING
 from rsc.scene.bodies.reduced import COEFFICIENTS
+from rsc.scene.bodies.states import MagneticBearing
 from rsc.scene.keys.keys import OPTIONAL, declare
 from rsc.scene.keys.nested import Ends, Tables
 from rsc.scene.keys.readers import Choice, Flag, Integer, Keyed, Later, Number, PairReader, Sequence, Text
@@ -99,6 +101,15 @@ class BearingKeys:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ShaftMagneticBearing(MagneticBearing):
+    """A magnetic bearing with its controller, with its sensor at the same place or at another."""
+
+    name: str | None = declare(Text(), None, meaning="Name, which can be used as a position.")
+    at: object = declare(PLACE, meaning="Position of its actuator.")
+    sensor_at: object = declare(PLACE, None, meaning="Position of its sensor, if another.")
+
+
+@dataclass(frozen=True, kw_only=True)
 class UnbalanceKeys:
     """An unbalance in a plane."""
 
@@ -156,6 +167,10 @@ class ShaftRotor(_Shaft):
         None,
         meaning="Internal (rotating) damping: this time constant times the stiffness of the shaft, 2 zeta / omega.",
     )
+    magnetic_bearings: tuple = declare(
+        Tables(ShaftMagneticBearing), (), meaning=f"{BEARINGS_MEANING}, as tables with positions (below)."
+    )
+    states: object = declare(STATES, None, meaning=STATES_MEANING)
     unbalance: object = declare(
         Later(
             "a list of tables {at, amount, angle}, or a grade such as \"G 6.3\" for the whole rotor",

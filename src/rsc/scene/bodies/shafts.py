@@ -11,9 +11,11 @@ from rsc.errors import DataError, shown
 from rsc.machine.model.contact import Unbalance
 from rsc.machine.shaft.parts import SAME_PLACE, Disk, Material, Section, Shaft, Support, disk_inertias
 from rsc.scene.bodies.bearing_table import read_bearing_table
+from rsc.scene.bodies.controls import Control, bearing_of, placed_states
 from rsc.scene.bodies.machine_file import Machine, amount_at, coefficients_of, switched_models
 from rsc.scene.bodies.off import off_time
 from rsc.scene.bodies.shaft_keys import MATERIAL, MATERIALS, PLACE, MaterialKeys, ShaftRotor, ShaftStator, UnbalanceKeys
+from rsc.scene.bodies.states import MagneticBearing, refuse_many
 from rsc.scene.keys.keys import RawTable, read_table
 from rsc.scene.keys.nested import Item, Tables
 from rsc.scene.keys.readers import Number, as_list, per_coordinate
@@ -52,6 +54,7 @@ class Stations:
         staying = tuple(one for one, off in pairs if off is None)
         self.shaft = replace(self.shaft, disks=disks, supports=staying, places=places)
         _refuse_overlap(values["disks"], self.shaft)
+        self._magnets = [(item, self._named_place(item)) for item in values.get("magnetic_bearings", ())]
 
     def node(self, table: RawTable, key: str, raw: Any) -> str:
         """The name of the node at a position in a table of contacts, loads etc.; adds it to the positions of the shaft."""
@@ -118,7 +121,7 @@ class Stations:
         table, values = self.table, self.values
         observed = [*(self.node(table, f"observers[{i}]", raw) for i, raw in enumerate(_listed(table, values))), *observers]
         at_nodes = self._at_nodes() if table.name == "rotor" else {}
-        source = f"{SHAFT} [{table.name}]"
+        controls, source = self._controls(), f"{SHAFT} [{table.name}]"
         try:
             made = divided(self.shaft, top, source, values["elements"])
             switched = switched_models(lambda time: model_of(self._until(time), made.nodes, source), list(self._off))
@@ -128,7 +131,20 @@ class Stations:
         values.refuse_untaken()
         sections = len(self.shaft.sections)
         origin = f"{source} has {sections} sections and {made.words}"
-        return Machine(made.model, origin, "sections", f"{sections} tables", at_nodes, list(dict.fromkeys(observed)), switched)
+        observed = list(dict.fromkeys(observed))
+        return Machine(made.model, origin, "sections", f"{sections} tables", at_nodes, observed, switched, controls)
+
+    def _controls(self) -> tuple[Control, ...]:
+        """The first-order states of a rotor, with nodes at their sensors and actuators."""
+        made = placed_states(self.table, self.values.get("states"), self.node)
+        for item, place in self._magnets:
+            own, name = item.values, item.values["name"]
+            actuator = self.node(item.table, "at", name or place)
+            sensor = actuator if own["sensor_at"] is None else self.node(item.table, "sensor_at", own["sensor_at"])
+            bearing = bearing_of(item.table, own)
+            made.append(Control([actuator], [sensor], bearing, name or actuator))
+        refuse_many(self.table, [one.own for one in made if isinstance(one.own, MagneticBearing)])
+        return tuple(made)
 
     def _until(self, time: float) -> Shaft:
         """The shaft with the bearings that are there until a time in s."""

@@ -121,19 +121,23 @@ def refuse_asymmetric(table: RawTable, key: str, rows: Any, size: int | None = N
         table.refuse(key, rows, "a symmetric matrix", f"entries [{i}][{j}] and [{j}][{i}] differ")
 
 
+_ROUNDING = 1e-15  # of an entry relative to the largest one
+
+
 def is_definite(rows: Any, strictly: bool) -> bool:
     """Whether a symmetric matrix is positive definite (strictly) or semidefinite, up to rounding.
 
     Rows and columns are first scaled by the square roots of the diagonal, so that mixed units (kg, kg m^2) do not matter.
     """
     matrix = np.array(rows)
-    diagonal = np.diag(matrix)
-    if np.any(diagonal < 0.0) or (strictly and np.any(diagonal == 0.0)):
-        return False
-    scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-    largest = np.max(np.abs(matrix), initial=0.0)
-    empty = diagonal == 0.0
+    largest, empty = np.max(np.abs(matrix), initial=0.0), np.diag(matrix) == 0.0
     if np.any(np.abs(matrix[empty]) > 1e-12 * largest):
         return False
+    if not strictly:  # of a motion that nothing opposes every entry is rounding
+        matrix = matrix + _ROUNDING * largest * np.eye(len(matrix))
+    diagonal = np.diag(matrix)
+    if np.any(diagonal < 0.0) or (strictly and np.any(empty)):
+        return False
+    scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     lowest = np.linalg.eigvalsh(0.5 * (matrix + matrix.T) / np.outer(scale, scale))[0]
     return bool(lowest > 1e-12) if strictly else bool(lowest >= -1e-9)

@@ -16,6 +16,7 @@ from rsc.measure.several import together
 from rsc.scene.bodies.reduced import ReducedRotor, ReducedStator
 from rsc.scene.bodies.shafts import SHAFT
 from rsc.scene.scene import Scene
+from rsc.study.run.levitation import hidden_growth
 from rsc.system.assemble import assemble
 
 _MORE_MODES = 4  # of the full machine than of the reduced one, which may lack those that its contact does not see
@@ -36,6 +37,7 @@ def reduction_remarks(scene: Scene, whirls: Iterable[Any] = ()) -> list[str]:
     remarks += _clearance_remarks(scene) + _weight_remarks(scene)
     if not bodies:
         return []
+    remarks += hidden_growth(scene)
     low, high = bodies[0][1].band
     for whirl in whirls:
         if not low <= whirl.frequency <= high:
@@ -69,7 +71,7 @@ def _mode_remark(name: str, own: list[Any], reduced: Any, speed: float) -> list[
     if not own:
         return []
     sense = -1.0 if reduced.speeds[0] < 0.0 else 1.0  # of a scene that was mirrored, because its rotor turns backwards
-    full = slowest_modes(reduced.model, sense * speed, 2 * len(own) + _MORE_MODES)
+    full = slowest_modes(reduced.model, sense * speed, 2 * len(own) + _MORE_MODES, reduced.states)
     known = np.array([mode.growth_rate + TWO_PI * 1j * sense * mode.frequency for mode in full])
     values = np.array([mode.growth_rate + TWO_PI * 1j * mode.frequency for mode in own])
     if not reduced.model.isotropic:  # an ellipse has both senses, of which which is larger may differ between two places

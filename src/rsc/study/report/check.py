@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from rsc.analysis.alone.at_rest import static_deflection
 from rsc.analysis.alone.limits import acceptance_of
+from rsc.analysis.alone.modes import controlled_frequencies
 from rsc.analysis.follow.branch import Branch
 from rsc.analysis.follow.branches import branches, set_branches
 from rsc.analysis.follow.patience import Note, silent
@@ -339,6 +340,8 @@ def _rub_amplitude(system: System, speed: float) -> float:
 
 
 def _natural(system: System, speeds: NDArray[np.float64]) -> dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    if system.n_states:  # a controller is no spring: those of the closed loop, damped
+        return {name: (speeds, controlled_frequencies(system, speeds, name == "coupled")) for name in ("coupled", "uncoupled")}
     of = {"coupled": coupled_frequencies, "uncoupled": uncoupled_frequencies}
     return {name: (speeds, frequencies(system, TWO_PI * speeds) / TWO_PI) for name, frequencies in of.items()}
 

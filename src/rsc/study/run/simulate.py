@@ -28,6 +28,7 @@ from rsc.results.unfinished import discard_left, refuse_unfinished, resumable, t
 from rsc.scene.scene import Scene
 from rsc.scene.tables.sections import RETIRED_METHODS
 from rsc.simulation.run import Run, versions
+from rsc.study.run.levitation import levitation_remarks
 from rsc.study.run.start import run_of
 
 # s, the longest that the kernel takes from its cache; compiling takes longer
@@ -118,6 +119,8 @@ def simulate(
     with ResultWriter(path, scene, run.versions, overwrite) as writer:
         _compile(run, note)
         note(foresee(*sizes))
+        for remark in levitation_remarks(scene):
+            note(remark)
         if not writer.locked:
             note(f"{path}: its disk has no locks, so a second run could write it at the same time")
         if old is None:
@@ -157,6 +160,8 @@ def _in_memory(run: Run, progress: bool, note: Callable[[str], object]) -> "tupl
     """(Trajectory, how it ended) of a Run that keeps its samples in memory."""
     _compile(run, note)
     note(foresee(run.scene))
+    for remark in levitation_remarks(run.scene):
+        note(remark)
     sink = MemoryBlocks()
     sink.append(run.empty_block())
     end = _march(run, sink, progress, note)
