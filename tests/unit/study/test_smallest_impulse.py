@@ -132,8 +132,8 @@ def test_the_command(tmp_path, capsys):
 
 
 def test_the_default_of_the_largest_impulse_of_a_rotor_that_nothing_holds():
-    """Ten times what lets it drift to the stator in a quarter of the period of its slowest vibration joined to the stator, or in a
-    rigid wall of a turn of the shaft."""
+    """Ten times what lets it drift to the stator in a quarter of the period of its slowest vibration joined to the stator, or
+    in a rigid wall of a turn of the shaft."""
     free = {"model": "laval", "mass": 1.0, "stiffness": 0.0, "damping": 10.0}
     for stator, omega in (
         (LAVAL["stator"], 2 * np.pi * 150.0 * np.sqrt(0.25 / 1.25)),
