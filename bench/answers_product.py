@@ -53,7 +53,7 @@ KINDS = {
     "vibration": ("vibration", "pk-pk"), "vibration: mean position": ("vibration", "mean position"),
     "vibration: the whirl's line": ("vibration", "whirl's line"), "closest approach: touches": ("closest approach", "touches"),
     "closest approach: free": ("closest approach", r"^\d"), "force": ("force", r"normal"), "force: heat": ("force", "heat"),
-    "force: power in or lost": ("force", "power (input|lost)"), "at a contact: touches": ("at a contact", "pressed in"),
+    "force: power in or lost": ("force", "power (input|lost)"), "at a contact: touches": ("at a contact", "penetration"),
     "at a contact: free": ("at a contact", "never touched"),
     "drive takes": ("drive", r"rub torque on the shaft"), "drive is given": ("drive", r"the rub drives"),
     "drive: heat and races": ("drive", r"\(heat"), "change": ("change", r""), "at the end": ("at the end", r""),

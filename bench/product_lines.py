@@ -110,9 +110,9 @@ def of_contact(text, contact, name):
     """Vibration, closest approach, force and share of contact at one of several contacts."""
     loose = ANY_SIZE if contact.report.result.status == "diverged" else LOOSE
     gap = contact.machine.gap
-    free = re.match(rf"vibration up to {SAID} pk-pk; closest approach {NUM} % of the clearance, never touched$", text)
+    free = re.match(rf"vibration up to {SAID} pk-pk; never touched, {SAID} \({NUM} %\) of the clearance of {SAID} left$", text)
     pattern = (
-        rf"vibration up to {SAID} pk-pk; pressed in by up to {SAID}, {NUM} % of the clearance; up to {SAID} normal at "
+        rf"vibration up to {SAID} pk-pk; penetration up to {SAID}, {NUM} % of the clearance; up to {SAID} normal at "
         rf"(?:{NUM} Hz \()?{NUM} s\)?; in contact for {NUM} % of the run$"
     )
     match = free or re.match(pattern, text)
@@ -121,13 +121,13 @@ def of_contact(text, contact, name):
         return
     vibration = size_of(match[1], match[2])
     yield contact.number(vibration, lambda signals: most_in_windows(signals, contact), loose, 2e-3 * gap)
-    largest = 0.01 * float(match[4]) * gap if free else gap + size_of(match[4], match[5])
+    size = size_of(match[4], match[5])
+    largest = gap - size if free else gap + size
     yield contact.number(largest, lambda signals: signals.largest(signals.d), 0.02, 0.006 * gap)
+    if abs(size / gap - 0.01 * float(match[7])) > 0.06 * size / gap + 1e-3:  # two digits
+        yield f"{size:.4g} m are not {match[7]} % of the clearance"
     if free:
         return
-    depth = largest - gap
-    if abs(depth / gap - 0.01 * float(match[7])) > 0.06 * depth / gap + 1e-3:  # two digits
-        yield f"{depth:.4g} m are not {match[7]} % of the clearance"
     yield contact.number(size_of(match[8], match[9]), lambda signals: signals.largest(signals.force), loose)
     time = float(match[12])
     width = float(np.diff(contact.edges).max()) + 0.006 * time

@@ -6,7 +6,9 @@ import pytest
 import rsc
 from levitated_machine import FullLoop
 from rsc.analysis.alone.free_vibration import free_vibrations
+from rsc.analysis.alone.modes import controlled_frequencies
 from rsc.analysis.paper.receptance import receptance_rotor, receptance_stator
+from rsc.errors import SceneError
 from rsc.machine.imports.store import save_model
 from rsc.scene.scene import Scene
 from rsc.study.prediction.predictions import predictions
@@ -205,6 +207,99 @@ def test_a_rotor_that_is_not_held_is_told_before_the_run(scene):
     fastest = max(full_loop(weak).eigenvalues(), key=lambda value: value.real)
     assert remark.startswith("the rotor is not stable in its magnetic bearings at a rotor speed of 40 Hz: +")
     assert f"{fastest.real:+.4g} 1/s at {fastest.imag / TWO_PI:.4f} Hz" in remark
+
+
+SEAL = """speed [rpm], k_xx [MN/m], k_xy [MN/m], k_yx [MN/m], k_yy [MN/m], c_xx [kN s/m], c_yy [kN s/m]
+1000, 0.1, 0.05, -0.05, 0.1, 0.5, 0.5
+4000, 0.2, 0.10, -0.10, 0.2, 0.4, 0.4
+"""
+
+
+def test_a_seal_that_follows_the_speed_acts_beside_magnetic_bearings(tmp_path):
+    """Alone it does not hold the rotor."""
+    (tmp_path / "seal.csv").write_text(SEAL)
+    drive = {"speed": None, "duration": None, "schedule": [[0.0, 20.0], [0.05, 60.0]]}
+    rotor = {"bearings": [{"at": 0.1, "table": str(tmp_path / "seal.csv")}]}
+    scene = Scene.from_dict(levitated(rotor=rotor, drive=drive))
+    for speed in (20.0, 37.0, 60.0):
+        vibrations = free_vibrations(assemble(scene), speed)
+        own = np.array([each.growth_rate + 2j * np.pi * each.frequency for each in vibrations])
+        values = full_loop(scene, speed).eigenvalues()
+        inside = values[np.abs(values) < TWO_PI * 450.0]
+        assert len(inside) >= 8 and max(abs(own - value).min() / abs(value) for value in inside) < 2.0 * scene.rotor.error
+    backwards = rsc.modes(Scene.from_dict(levitated(drive={"speed": -SPEED}))).rotor
+    forwards = rsc.modes(Scene.from_dict(levitated())).rotor
+    assert sorted(-mode.frequency for mode in backwards) == pytest.approx(sorted(mode.frequency for mode in forwards), rel=1e-6)
+
+
+FRONT = {"at": 0.1, **KEYS}
+BAD = {
+    "sensor outside": ([FRONT, {**FRONT, "sensor_at": 1.0}], r"\[1\]\.sensor_at = 1\.0: must be on the shaft, 0 to 0\.9 m"),
+    "outside": ([{**FRONT, "at": -0.1}], r"\[0\]\.at = -0\.1: must be on the shaft"),
+    "no place": ([dict(KEYS)], r"\[0\]\.at = \(missing\)"),
+    "negative gain": ([{**FRONT, "proportional": -1.0}], r"proportional = -1\.0: must be a number >= 0 N/m \(positive"),
+    "negative derivative": ([{**FRONT, "derivative": -1.0}], r"derivative = -1\.0: must be a number >= 0 N s/m"),
+    "no filter": ([{**KEYS, "at": 0.1, "derivative_filter": 0.0}], r"derivative_filter = 0\.0: must be a number > 0 1/s"),
+    "off before the start": ([{**FRONT, "off": 0.0}], r"\[0\]\.off = 0\.0: must be a number > 0 s"),
+    "off after the end": ([{**FRONT, "off": 0.05}], r"\[0\]\.off = 0\.05: must be before the end of the run at 0\.05 s"),
+    "same name": ([{**FRONT, "name": "a"}, {**FRONT, "name": "a"}], r"\[1\]\.name = 'a': must be a name that no other"),
+    "as for masses": ([[0, KEYS]], r"magnetic_bearings\[0\] = .*must be a table \{"),
+    "none": ([], r"bearings = \(missing\): must be bearings that support the rotor .*catch the rotor at too few places"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bearings_that_cannot_be_are_refused_in_one_line(name):
+    bearings, words = BAD[name]
+    with pytest.raises(SceneError, match=words) as error:
+        Scene.from_dict(levitated(rotor={"magnetic_bearings": bearings}))
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("states", "words"),
+    [
+        ({"force": [[-1.0]]}, r"states\.force = .*must be a 2 x 1 matrix .*1 sensors, 2 actuators"),
+        ({"sensors": []}, r"states\.sensors = \[\]: must be a list of one or more places"),
+        ({"sensors": [1.2]}, r"states\.sensors\[0\] = 1\.2: must be on the shaft"),
+        ({"displacement": None}, r"states\.displacement = \(missing\): must be given, or states\.velocity"),
+        ({"gain": 1.0}, r"states\.gain = 1\.0: must be a key of"),
+    ],
+)
+def test_states_that_cannot_be_are_refused_in_one_line(states, words):
+    given = {"matrix": [[-300.0]], "sensors": [0.1], "displacement": [[1.0]], "actuators": [0.1, 0.2], "force": [[-2e5], [0.0]]}
+    given = {key: value for key, value in {**given, **states}.items() if value is not None}
+    with pytest.raises(SceneError, match=words) as error:
+        Scene.from_dict(levitated(rotor={"states": given}))
+    assert "\n" not in str(error.value)
+
+
+def test_nodes_that_a_machine_does_not_have_are_refused(scene, tmp_path):
+    save_model(scene.reductions[0].model, tmp_path / "shaft.npz")
+    contact = {key: value for key, value in levitated()["contact"].items() if key != "at"}
+    for item, words in (
+        ([999, KEYS], r"magnetic_bearings\[0\]\[0\] = 999: must be a place of the model"),
+        ([1, {**KEYS, "sensor": "nowhere"}], r"magnetic_bearings\[0\]\.sensor = 'nowhere': must be a place of the model"),
+        ([1, 2.0], r"magnetic_bearings\[0\]\[1\] = 2\.0: must be a table \{"),
+        ([1], r"magnetic_bearings\[0\] = \[1\]: must be \[node, \{"),
+    ):
+        rotor = {"model": "machine", "file": str(tmp_path / "shaft.npz"), "contact": 2, "magnetic_bearings": [item]}
+        with pytest.raises(SceneError, match=words):
+            Scene.from_dict({**levitated(), "rotor": rotor, "contact": contact})
+
+
+def test_natural_frequencies_over_the_speed_are_those_of_the_closed_loop(scene):
+    """As a Campbell diagram of a run shows them."""
+    system, speeds = assemble(scene), np.array([0.0, 20.0, SPEED])
+    alone = controlled_frequencies(system, speeds, joined=False)
+    for speed, own in zip(speeds, alone, strict=True):
+        values = full_loop(scene, speed).eigenvalues()
+        slow = values[(np.abs(values) < TWO_PI * 450.0) & (np.abs(values.imag) > 1.0)].imag / TWO_PI
+        assert len(slow) >= 6 and abs(own - slow[:, None]).min(axis=1).max() < 1e-3
+    joined = controlled_frequencies(system, speeds, joined=True)
+    assert joined.shape[0] == 3 and abs(np.sort(joined[0]) + np.sort(-joined[0])[::-1]).max() < 1e-6
+    coupled = [mode.frequency for mode in rsc.modes(scene, SPEED).coupled if abs(mode.frequency) > 1.0]
+    assert abs(joined[2] - np.array(coupled)[:, None]).min(axis=1).max() < 1e-6
 
 
 @pytest.mark.nightly

@@ -53,8 +53,9 @@ def read_supports(path: str | os.PathLike[str]) -> list[Coefficients]:
     return [(node, np.array(known)[:, 0], np.array(known)[:, 1:]) for node, known in rows.items()]
 
 
-def with_supports(model: FiniteElementModel, supports: Sequence[Coefficients]) -> FiniteElementModel:
-    """The model with these supports: knots at all their speeds; each support is constant outside its speed range.
+def with_supports(model: FiniteElementModel, supports: Sequence[Coefficients], required: bool = True) -> FiniteElementModel:
+    """The model with these supports: knots at all their speeds; each support is constant outside its speed range. required:
+    whether they must hold it.
 
     Raises
     ------
@@ -68,7 +69,7 @@ def with_supports(model: FiniteElementModel, supports: Sequence[Coefficients]) -
             at = [float(np.interp(speed, speeds, column)) for column in coefficients.T]
             bearings.append(Bearing(node, (at[0], at[1], at[2], at[3]), (at[4], at[5], at[6], at[7])))
         try:
-            made.append(replace(with_bearings(model, bearings), speed=speed))
+            made.append(replace(with_bearings(model, bearings, required), speed=speed))
         except DataError as error:
             raise DataError(model.source, f"with the supports at {speed:g} Hz: {error.problem}") from None
-    return over_speed(made)
+    return replace(over_speed(made), free=any(one.free for one in made))

@@ -34,13 +34,13 @@ def model_of(shaft: Shaft, nodes: Sequence[float], source: str) -> FiniteElement
     Raises
     ------
     DataError
-        Bearings with speed-dependent coefficients leave rigid-body motions.
+        Bearings with an indefinite stiffness.
     """
     bare = _condensed(bare_model(shaft, nodes, source), _busy(shaft, nodes))
     supports = [(i, support) for support in shaft.supports for i in [nearest(nodes, support.place)]]
     if any(len(support.speeds) > 1 for _, support in supports):
         tables: list[Coefficients] = [(i, support.speeds, support.coefficients) for i, support in supports]
-        return with_supports(bare, tables)
+        return with_supports(bare, tables, required=False)
     coefficients = [(i, support.coefficients[0].tolist()) for i, support in supports]
     bearings = [Bearing(i, tuple(eight[:4]), tuple(eight[4:])) for i, eight in coefficients]
     return with_bearings(bare, bearings, required=False)

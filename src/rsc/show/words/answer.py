@@ -206,7 +206,7 @@ def _changes(report):
 def _end(report):
     """What the run ends in, and how far a predicted whirl that it follows goes."""
     last = len(report.features.kind) - 1
-    kind, speed = report.features.kind[last], report.fall.speed[last]
+    kind, speed = report.features.kind[last], report.speeds[last]
     name = report.features.names[last] if report.lead else kind
     text = f"{name}, at a rotor speed of {frequency_text(speed)}" if report.lead else f"{kind} at {frequency_text(speed)}"
     branch = next((b for b in report.branches if b.label == report.windows[last].branch), None)
@@ -242,7 +242,7 @@ def _others(report):
     """Motions that last after an impact, predicted motions not reached, and the coverage, for each list."""
     lines = []
     for listed in report.motions:
-        others = others_of(listed, report.features, report.fall.speed.tolist())
+        others = others_of(listed, report.features, report.speeds.tolist())
         at = f"at {frequency_text(listed.speed)}"
         if others:
             lines.append(("after an impact", f"{at}: {' or '.join(_motion(motion, listed) for motion in others)}"))

@@ -46,7 +46,7 @@ from rsc.study.prediction.reductions import coefficient_remarks, reduction_remar
 from rsc.study.report.alone import moving_lines, settling_rates
 from rsc.study.report.best import best_predictions, no_predictions, rolling_motion
 from rsc.study.report.letters import lettered
-from rsc.study.report.report import Report, border_of_run, course_of, measured, sag_of
+from rsc.study.report.report import Report, border_of_run, course_of, measured, sag_of, window_speeds
 from rsc.study.run.simulate import simulate, tolerance_remark
 from rsc.system.assemble import assemble
 from rsc.system.system import System
@@ -54,6 +54,7 @@ from rsc.system.system import System
 # a T^2 above which a swept line loses more than 3 % of its amplitude in a Hann window
 SWEEP_WARNING = 2.0
 RELEASED = 400_000  # steps of the run that tells what a drive with a torque makes of a motion
+STANDING = 0.5  # of the middle of the last window: a run that ends slower has its list at that middle
 MOST_LISTS, STARTS = 2, 16  # speeds at which motions are looked for, and random starts at each: `rsc motions` has more
 LEAST_SAMPLES = 9  # a window of eight and one more
 
@@ -162,7 +163,7 @@ def compared(
     steady = Steady(alone, rub, moving_lines(one, features, alone), settling_rates(system, features))
     windows = compare(features, whirl_branches, steady, rolls, best, _load_deflection(one))
     changes = transitions(features, whirl_branches, {} if several else delays_of(scene, system, whirl_branches), best)
-    listed = [lettered(own, whirl_branches) for own in _motions(scene, features, torque or scene, largest)] if lists else []
+    listed = [lettered(own, whirl_branches) for own in _motions(scene, seen, torque or scene, largest)] if lists else []
     limits = np.sort(np.abs(scene.drive.speed))[[0, -1]] * TWO_PI
     closed = limits[1] > limits[0] and not several
     resonance = synchronous_resonance(system, limits) / TWO_PI if closed else float("nan")
@@ -201,13 +202,21 @@ def _of_predictions(system: System, whirl_branches: list[Branch]) -> list[str]:
     return scene_remarks(system, whirls) + damper_warnings(system, whirl_branches)
 
 
-def _motions(scene: Scene, features: Features, torque: Scene, largest: float | None) -> list[Motions]:
+def _motions(scene: Scene, seen: Course, torque: Scene, largest: float | None) -> list[Motions]:
     """What can last at the end of a run and where its motion changed, the last first."""
+    features, run = seen.features, _speeds_of_lists(seen, scene)
     changes = np.flatnonzero(features.kind[1:] != features.kind[:-1])[::-1] + 1
     places = [len(features.speed) - 1, *changes.tolist()]
     slowest, fastest = min(scene.drive.speed), max(scene.drive.speed)  # beyond which a reduced machine is not known
-    speeds = list(dict.fromkeys(min(max(float(f"{features.speed[i]:.4g}"), slowest), fastest) for i in places))
+    speeds = list(dict.fromkeys(min(max(float(f"{run[i]:.4g}"), slowest), fastest) for i in places))
     return [_listed(scene, speed, features, torque, largest) for speed in speeds[:MOST_LISTS] if speed]
+
+
+def _speeds_of_lists(seen: Course, scene: Scene) -> NDArray[np.float64]:
+    """Rotor speeds in Hz of the windows, the last one that of the end of the run unless the rotor hardly turns there."""
+    middle, end = np.array(seen.features.speed, float), window_speeds(seen.fall, scene.drive)[-1]
+    middle[-1] = end if abs(end) > STANDING * abs(middle[-1]) else middle[-1]
+    return middle
 
 
 def _listed(scene: Scene, speed: float, features: Features, torque: Scene, largest: float | None) -> Motions:
@@ -321,7 +330,7 @@ def _directions_remarks(whirl_branches: list[Branch]) -> list[str]:
         shares = [whirl.mirror.share for whirl in branch.whirls if whirl.mirror is not None]
         if shares:
             remarks.append(
-                f"whirl {branch.label}: directions differ, its mirror line has {100 * min(shares):.1f} to "
+                f"whirl {branch.label}: elliptical, its counter-rotating component has {100 * min(shares):.1f} to "
                 f"{100 * max(shares):.1f} % of it; above 10 % it is not circular and its stability is not assessed"
             )
     return remarks
@@ -378,7 +387,7 @@ def _warnings(result: Trajectory, seen: Course) -> list[str]:
         pressed_in = whole.force_max / contact.stiffness / contact.gap
         if pressed_in > 1.0:
             name, table = (f"contact {contact.name}", f"contact.{contact.name}") if seen.lead else ("the contact", "contact")
-            text = f"{name} is pressed in by up to {pressed_in:.3g} gaps: no machine withstands that"
+            text = f"{name} is penetrated by up to {pressed_in:.3g} gaps: no machine withstands that"
             warnings.append(f"{text}; the motion would destroy it, or see whether {table}.stiffness is right")
     contact, whole = max(each, key=lambda own: own[1].rotor_max / own[0].gap)
     remark = tolerance_remark(whole.rotor_max, contact.gap, result.summary.rtol)
