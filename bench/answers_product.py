@@ -39,7 +39,7 @@ OUTCOMES = {
 }  # fmt: skip
 BACKWARD = ("sliding", "rolling", "bouncing")
 LASTING = (*BACKWARD, "forward whirl", "forward rub", "partial rub", "resting", "running away", "no contact")
-SEVERITIES = ("safe", "unknown", "rub", "whirl", "destructive")
+SEVERITIES = ("safe", "unknown", "at risk", "rub", "whirl", "destructive")
 # name -> (topic, pattern) of a line of the answer, or of a sentence on a list
 KINDS = {
     **{f"verdict: {name}": ("verdict", rf"Severity: {name}") for name in SEVERITIES},

@@ -10,7 +10,7 @@ from answers_lines import ANY_SIZE, JUDGES, contradictions
 from answers_witness import NUM, PREFIX, SAID
 from rsc.measure.several import name_of
 from rsc.show.words.answer import answer
-from rsc.show.words.verdict import MEANINGS, ON_RACE, PASSING
+from rsc.show.words.verdict import MEANINGS, NOT_TOUCHED, ON_RACE, PASSING
 
 WHIRLS = BACKWARD | {"forward whirl", "running away"}
 LOOSE = 0.05
@@ -208,8 +208,9 @@ def of_drive(text, witness):
 def of_verdict(text, witness):
     """The severity by the definitions of docs/users/motions.md, the run's force and kind, and the counts of impacts."""
     report = witness.report
-    match = re.search(r"Severity: (\w+) \((.*)\)\.$", text)
-    if match is None or match[2] not in (MEANINGS[match[1]], {"whirl": ON_RACE, "rub": PASSING}.get(match[1])):
+    match = re.search(r"Severity: ([\w ]+) \((.*)\)\.$", text)
+    others = {"whirl": ON_RACE, "rub": PASSING, "unknown": NOT_TOUCHED}
+    if match is None or match[2] not in (MEANINGS[match[1]], others.get(match[1])):
         yield "no severity, or another meaning"
         return
     each = witness.runs.of(0)
@@ -219,7 +220,7 @@ def of_verdict(text, witness):
     if force := re.search(rf"The run shows (.*?) at .*?, up to {SAID}[.;]", text):
         contact = max(witness.contacts, key=lambda own: own.signals[0].largest(own.signals[0].force))
         yield contact.number(size_of(force[2], force[3]), lambda signals: signals.largest(signals.force), LOOSE)
-    levels = ["safe", "unknown", "rub", "whirl", "destructive"]
+    levels = ["safe", "unknown", "at risk", "rub", "whirl", "destructive"]
     kinds = {str(kind) for kind in report.features.kind}
     least = "whirl" if kinds & WHIRLS else "rub" if touched and kinds - {"not resolved"} != {"no contact"} else "safe"
     for listed in report.motions:
@@ -228,6 +229,8 @@ def of_verdict(text, witness):
                 passed = motion.border.passed and motion.motion != "running away"  # its numbers mean nothing
                 own = "destructive" if passed else "whirl" if motion.motion in WHIRLS else "rub"
                 least = max(least, own, key=levels.index)
+            elif motion.motion != "no contact":
+                least = max(least, "at risk", key=levels.index)
     destroyed = report.border.passed and touched
     if levels.index(match[1]) < levels.index("destructive" if destroyed else least):
         yield f"at least {'destructive' if destroyed else least}"

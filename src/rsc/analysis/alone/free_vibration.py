@@ -69,7 +69,7 @@ def free_vibrations(system: System, speed: float) -> list[FreeVibration]:
 
 def vibrations_of(body: Body, speed: float) -> list[FreeVibration]:
     """`free_vibrations` of any body that has coordinates."""
-    matrices = _matrices(body, TWO_PI * float(speed))
+    matrices = matrices_of(body, TWO_PI * float(speed))
     values, vectors = np.linalg.eig(first_order(body, *matrices))
     n = body.n_coordinates
     if len(matrices[0]) == n:
@@ -115,7 +115,7 @@ def free_growth(system: System, Omega: float) -> float:
     """Largest growth rate of the free vibrations of rotor and stator without contact, 1/s; Omega in rad/s. 0 where the least
     stable is a motion that nothing opposes, or that nothing damps."""
     bodies = [body for body in system.bodies if body.n_coordinates]
-    values = np.concatenate([np.linalg.eigvals(first_order(body, *_matrices(body, Omega))) for body in bodies])
+    values = np.concatenate([np.linalg.eigvals(first_order(body, *matrices_of(body, Omega))) for body in bodies])
     fastest = values[values.real.argmax()]
     largest = np.abs(values).max()
     return 0.0 if abs(fastest) <= _FREE * largest or abs(fastest.real) <= _UNDAMPED * largest else float(fastest.real)
@@ -153,10 +153,10 @@ def threshold_speed(system: System) -> float:
 def rotor_matrices(system, Omega):
     """Mass, damping with gyroscopics and stiffness of the rotor at Omega, rad/s: (N, N) complex, or (2 N, 2 N) of [y, z] where
     directions differ."""
-    return _matrices(system.rotor, Omega)
+    return matrices_of(system.rotor, Omega)
 
 
-def _matrices(body, Omega):
+def matrices_of(body, Omega):
     """Mass, damping with gyroscopics and stiffness of one body, complex; real and of [y, z] where its directions differ."""
     body = body.at_speed(Omega).without_states()
     damping = body.damping - 1j * Omega * body.gyroscopic
