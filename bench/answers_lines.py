@@ -94,7 +94,8 @@ def _places(piece, windows, report):
         size = max(fall.time[-1], 1e-12)
     else:
         spans = re.findall(rf"{NUM}(?: to {NUM})? Hz", piece)
-        values, size = [(fall.speed[i], fall.speed[i]) for i in windows], np.abs(fall.speed).max()
+        speeds = [report.result.speed[0], *fall.speed[1:-1], report.result.speed[-1]]
+        values, size = [(speeds[i], speeds[i]) for i in windows], np.abs(fall.speed).max()
     for low, high in spans:
         for said in (float(low), float(high or low)):
             if values and min(abs(said - value) for pair in values for value in pair) > 0.01 * size:
@@ -186,17 +187,18 @@ def _sag(witness):
 
 
 def of_approach(text, witness):
-    """Share of the clearance that is taken, or how far the contact is pressed in."""
+    """What is left of the clearance, or the penetration."""
     gap, loose = witness.machine.gap, ANY_SIZE if witness.report.result.status == "diverged" else 0.02
-    match = re.match(rf"(?:touches; pressed in by up to {SAID}, )?{NUM} % of the clearance, at (.*)$", text)
+    free = re.match(rf"{SAID} \({NUM} %\) of the clearance of {SAID} left, at (.*)$", text)
+    match = free or re.match(rf"touches; penetration up to {SAID}, {NUM} % of the clearance, at (.*)$", text)
     if match is None:
         yield "unreadable"
         return
-    size, prefix, _, share, moment = match.groups()
-    depth = 0.01 * float(share) * gap
-    if size and abs(float(size) * PREFIX[prefix] - depth) > 0.006 * depth + 6e-3 * gap:
+    size, prefix, share, moment = match[1], match[2], match[4], match[match.re.groups]
+    told = float(size) * PREFIX[prefix]
+    if abs(told - 0.01 * float(share) * gap) > 0.006 * told + 6e-3 * gap:
         yield f"{size} {prefix}m are not {share} % of the clearance"
-    said = depth + (gap if size else 0.0)
+    said = gap - told if free else gap + told
     yield witness.number(said, lambda signals: signals.largest(signals.d), loose, 0.01 * gap)
     yield from _at_moment(moment, witness, lambda signals: np.abs(signals.d), loose)
 
@@ -348,8 +350,8 @@ def of_end(text, witness):
         every = [witness.window_kinds(last, signals) for signals in witness.every()]
         agree = all(kind not in one for one in every) and set.intersection(*every)
         yield f"second engine: {' or '.join(sorted(every[0]))}" if agree else "skipped"
-    if abs(speed - witness.speed(report.fall.time[last])) > 1e-3 * abs(speed):
-        yield f"the last window is at {witness.speed(report.fall.time[last]):.5g} Hz"
+    if abs(speed - report.result.speed[-1]) > 1e-3 * abs(speed):
+        yield f"the run ends at {report.result.speed[-1]:.5g} Hz"
     if label:
         branch = next((b for b in report.branches if b.label == label), None)
         whirl = None if branch is None else branch.at(report.fall.speed[last])

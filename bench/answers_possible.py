@@ -71,15 +71,17 @@ def of_not_reached(text, witness):
 def of_coverage(text, witness):
     """The bound of each list: the binomial share with which as few impacts as were seen to settle elsewhere have 5 %."""
     for part in text.split("; "):
-        match = re.match(rf"at {NUM} Hz (\d+) impacts(?:, (\d+) of them not settled)?(.*)$", part)
+        counts = r"(all|none of|\d+ of) (\d+) impacts touched(?:, (\d+) of them had not settled)?"
+        match = re.match(rf"at {NUM} Hz {counts}(.*)$", part)
         if match is None:
             yield f"unreadable: {part!r}"
             continue
-        speed, starts, unsettled = float(match[1]), int(match[2]), int(match[3] or 0)
+        speed, unsettled = float(match[1]), int(match[4] or 0)
+        touched = int(match[3]) if match[2] == "all" else 0 if match[2] == "none of" else int(match[2].split()[0])
         if min(abs(speed - listed.speed) for listed in witness.report.motions) > 1e-3 * speed:
             yield "speed of no list"
-        share = re.search(rf"fewer than {NUM} % of all impacts$", match[4])
-        bound = _share(starts, unsettled)
+        share = re.search(rf"fewer than {NUM} % of the impacts that touch$", match[5])
+        bound = _share(touched, unsettled)
         if (share is None and bound < 1.0) or (share and not 0.0 <= float(share[1]) - 100.0 * bound < 0.11):
             yield f"the bound is {100.0 * bound:.4g} %"
 
@@ -97,7 +99,7 @@ def _share(starts, unsettled):
 def of_verdict(text, witness):
     """The severity against the kinds of the windows, and the smallest impact: the second engine must find a whirl after it."""
     report, verdict = witness.report, witness.report.verdict
-    match = re.search(r"Severity: (\w+) \(", text)
+    match = re.search(r"Severity: ([\w ]+) \(", text)
     if match is None or match[1] != str(verdict.severity):
         yield "no severity, or another one"
     if text.startswith("No contact") and "force" in dict(answer(report)):
@@ -106,13 +108,13 @@ def of_verdict(text, witness):
     if backward and verdict.severity not in ("whirl", "destructive"):
         yield "the run is in backward whirl"
     impact = verdict.impact
-    if impact and impact.hits and impact.motion in BACKWARD and match and match[1] in ("safe", "rub", "unknown"):
+    if impact and impact.hits and impact.motion in BACKWARD and match and match[1] in ("safe", "at risk", "rub", "unknown"):
         yield "impacts start a backward whirl"
 
 
 def of_mu_min(text, witness):
     """The least friction with a whirl: at its frequency the receptances of the second engine ask for that friction."""
-    match = re.match(rf"at {NUM} Hz .* is {NUM} \({NUM} Hz\)(?: within a depth of one gap)?$", text)
+    match = re.match(rf"at {NUM} Hz .* is {NUM} \({NUM} Hz\)(?: within a depth of one gap)?(?:; .*)?$", text)
     if match is None or witness.machine.unequal:
         yield "skipped"
         return

@@ -39,7 +39,7 @@ OUTCOMES = {
 }  # fmt: skip
 BACKWARD = ("sliding", "rolling", "bouncing")
 LASTING = (*BACKWARD, "forward whirl", "forward rub", "partial rub", "resting", "running away", "no contact")
-SEVERITIES = ("safe", "unknown", "rub", "whirl", "destructive")
+SEVERITIES = ("safe", "unknown", "at risk", "rub", "whirl", "destructive")
 # name -> (topic, pattern) of a line of the answer, or of a sentence on a list
 KINDS = {
     **{f"verdict: {name}": ("verdict", rf"Severity: {name}") for name in SEVERITIES},
@@ -53,7 +53,7 @@ KINDS = {
     "vibration": ("vibration", "pk-pk"), "vibration: mean position": ("vibration", "mean position"),
     "vibration: the whirl's line": ("vibration", "whirl's line"), "closest approach: touches": ("closest approach", "touches"),
     "closest approach: free": ("closest approach", r"^\d"), "force": ("force", r"normal"), "force: heat": ("force", "heat"),
-    "force: power in or lost": ("force", "power (input|lost)"), "at a contact: touches": ("at a contact", "pressed in"),
+    "force: power in or lost": ("force", "power (input|lost)"), "at a contact: touches": ("at a contact", "penetration"),
     "at a contact: free": ("at a contact", "never touched"),
     "drive takes": ("drive", r"rub torque on the shaft"), "drive is given": ("drive", r"the rub drives"),
     "drive: heat and races": ("drive", r"\(heat"), "change": ("change", r""), "at the end": ("at the end", r""),

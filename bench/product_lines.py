@@ -10,7 +10,7 @@ from answers_lines import ANY_SIZE, JUDGES, contradictions
 from answers_witness import NUM, PREFIX, SAID
 from rsc.measure.several import name_of
 from rsc.show.words.answer import answer
-from rsc.show.words.verdict import MEANINGS, ON_RACE, PASSING
+from rsc.show.words.verdict import MEANINGS, NOT_TOUCHED, ON_RACE, PASSING
 
 WHIRLS = BACKWARD | {"forward whirl", "running away"}
 LOOSE = 0.05
@@ -110,9 +110,9 @@ def of_contact(text, contact, name):
     """Vibration, closest approach, force and share of contact at one of several contacts."""
     loose = ANY_SIZE if contact.report.result.status == "diverged" else LOOSE
     gap = contact.machine.gap
-    free = re.match(rf"vibration up to {SAID} pk-pk; closest approach {NUM} % of the clearance, never touched$", text)
+    free = re.match(rf"vibration up to {SAID} pk-pk; never touched, {SAID} \({NUM} %\) of the clearance of {SAID} left$", text)
     pattern = (
-        rf"vibration up to {SAID} pk-pk; pressed in by up to {SAID}, {NUM} % of the clearance; up to {SAID} normal at "
+        rf"vibration up to {SAID} pk-pk; penetration up to {SAID}, {NUM} % of the clearance; up to {SAID} normal at "
         rf"(?:{NUM} Hz \()?{NUM} s\)?; in contact for {NUM} % of the run$"
     )
     match = free or re.match(pattern, text)
@@ -121,13 +121,13 @@ def of_contact(text, contact, name):
         return
     vibration = size_of(match[1], match[2])
     yield contact.number(vibration, lambda signals: most_in_windows(signals, contact), loose, 2e-3 * gap)
-    largest = 0.01 * float(match[4]) * gap if free else gap + size_of(match[4], match[5])
+    size = size_of(match[4], match[5])
+    largest = gap - size if free else gap + size
     yield contact.number(largest, lambda signals: signals.largest(signals.d), 0.02, 0.006 * gap)
+    if abs(size / gap - 0.01 * float(match[7])) > 0.06 * size / gap + 1e-3:  # two digits
+        yield f"{size:.4g} m are not {match[7]} % of the clearance"
     if free:
         return
-    depth = largest - gap
-    if abs(depth / gap - 0.01 * float(match[7])) > 0.06 * depth / gap + 1e-3:  # two digits
-        yield f"{depth:.4g} m are not {match[7]} % of the clearance"
     yield contact.number(size_of(match[8], match[9]), lambda signals: signals.largest(signals.force), loose)
     time = float(match[12])
     width = float(np.diff(contact.edges).max()) + 0.006 * time
@@ -208,8 +208,9 @@ def of_drive(text, witness):
 def of_verdict(text, witness):
     """The severity by the definitions of docs/users/motions.md, the run's force and kind, and the counts of impacts."""
     report = witness.report
-    match = re.search(r"Severity: (\w+) \((.*)\)\.$", text)
-    if match is None or match[2] not in (MEANINGS[match[1]], {"whirl": ON_RACE, "rub": PASSING}.get(match[1])):
+    match = re.search(r"Severity: ([\w ]+) \((.*)\)\.$", text)
+    others = {"whirl": ON_RACE, "rub": PASSING, "unknown": NOT_TOUCHED}
+    if match is None or match[2] not in (MEANINGS[match[1]], others.get(match[1])):
         yield "no severity, or another meaning"
         return
     each = witness.runs.of(0)
@@ -219,7 +220,7 @@ def of_verdict(text, witness):
     if force := re.search(rf"The run shows (.*?) at .*?, up to {SAID}[.;]", text):
         contact = max(witness.contacts, key=lambda own: own.signals[0].largest(own.signals[0].force))
         yield contact.number(size_of(force[2], force[3]), lambda signals: signals.largest(signals.force), LOOSE)
-    levels = ["safe", "unknown", "rub", "whirl", "destructive"]
+    levels = ["safe", "unknown", "at risk", "rub", "whirl", "destructive"]
     kinds = {str(kind) for kind in report.features.kind}
     least = "whirl" if kinds & WHIRLS else "rub" if touched and kinds - {"not resolved"} != {"no contact"} else "safe"
     for listed in report.motions:
@@ -228,6 +229,8 @@ def of_verdict(text, witness):
                 passed = motion.border.passed and motion.motion != "running away"  # its numbers mean nothing
                 own = "destructive" if passed else "whirl" if motion.motion in WHIRLS else "rub"
                 least = max(least, own, key=levels.index)
+            elif motion.motion != "no contact":
+                least = max(least, "at risk", key=levels.index)
     destroyed = report.border.passed and touched
     if levels.index(match[1]) < levels.index("destructive" if destroyed else least):
         yield f"at least {'destructive' if destroyed else least}"

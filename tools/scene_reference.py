@@ -12,8 +12,9 @@ from functools import singledispatch
 from itertools import combinations
 from pathlib import Path
 
-from rsc.scene.bodies.drawn import KINDS, DrawnReader
+from rsc.scene.bodies.drawn import DISK, KINDS, SECTION, SLEEVE, DrawnReader
 from rsc.scene.bodies.models import ROTORS, STATORS
+from rsc.scene.bodies.part_list import BearingRowReader, PartReader
 from rsc.scene.bodies.reduced import Reduction
 from rsc.scene.bodies.shaft_keys import MaterialKeys, ShaftRotor
 from rsc.scene.bodies.states import MagneticBearing, States
@@ -134,8 +135,20 @@ def _(reader: Inner):
 
 @form.register
 def _(reader: DrawnReader):
-    diameter = form(Number("length", low=0.0))
-    return _places([form(Choice(KINDS)), {"type": "string"}, *[diameter] * 6])
+    place, diameter = form(Number("length")), form(Number("length", low=0.0))
+    return _places([form(Choice(KINDS)), {"type": "string"}, *[place] * 2, *[diameter] * 4])
+
+
+@form.register
+def _(reader: PartReader):
+    numbers = [form(Number(dimension, low=0.0)) for dimension in ("length", "mass", "inertia", "inertia")]
+    return _places([form(Choice((SECTION, SLEEVE, DISK))), {"type": "string"}, *numbers])
+
+
+@form.register
+def _(reader: BearingRowReader):
+    eight = [form(Number(dimension)) for dimension in ("stiffness",) * 4 + ("damping",) * 4]
+    return _places([{"type": "string"}, form(Number("length", low=0.0)), form(Number("frequency")), _places(eight)])
 
 
 @form.register

@@ -40,15 +40,17 @@ class SceneError(RscError):
         The allowed range, to be read after "must be".
     hint : str
         One short piece of advice; may be empty.
+    place : str
+        The key as people read it, where `key` counts from 0 in a list: "rotor.disks, disk 2 (impeller), mass"; "" for the key.
     """
 
-    _made_of = ("file", "key", "value", "wanted", "hint")
+    _made_of = ("file", "key", "value", "wanted", "hint", "place")
 
-    def __init__(self, file: str, key: str, value: object, wanted: str, hint: str = "") -> None:
-        self.file, self.key, self.value, self.wanted, self.hint = file, key, shown(value), wanted, hint
+    def __init__(self, file: str, key: str, value: object, wanted: str, hint: str = "", place: str = "") -> None:
+        self.file, self.key, self.value, self.wanted, self.hint, self.place = file, key, shown(value), wanted, hint, place
         text = "(missing)" if value is None else _short(self.value)
         tail = f" ({hint})" if hint else ""
-        super().__init__(f"{file}: {key} = {text}: must be {wanted}{tail}")
+        super().__init__(f"{file}: {place or key} = {text}: must be {wanted}{tail}")
 
 
 class SolverError(RscError):

@@ -41,7 +41,7 @@ def test_amplitude_and_force_are_the_largest_of_the_run(seed):
     fine = rsc.simulate(rsc.Scene.from_dict(changed(content, output={"rate": FINE})))
     if orbit := re.search(r"orbit up to ([\d.]+) gaps", lines["vibration"]):
         assert float(orbit[1]) == pytest.approx(np.abs(fine.contact_rotor()).max() / 1e-3, rel=0.01)
-    depth, unit = re.match(r"touches; pressed in by up to ([\d.]+) ([um]m),", lines["closest approach"]).groups()
+    depth, unit = re.match(r"touches; penetration up to ([\d.]+) ([um]m),", lines["closest approach"]).groups()
     deepest = np.abs(fine.contact_rotor() - fine.contact_stator()).max() - 1e-3
     assert float(depth) * {"um": 1e-6, "mm": 1e-3}[unit] == pytest.approx(deepest, rel=0.02, abs=1e-6)
     value, unit = re.match(r"up to ([\d.]+) (k?N) normal", lines["force"]).groups()

@@ -45,6 +45,12 @@ def add_units(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--units", choices=("si", "metric", "us"), help=text)
 
 
+def add_largest(parser: argparse.ArgumentParser) -> None:
+    """Add `--largest` to a command that makes lists of motions."""
+    text = "largest impulse of a random impact, e.g. \"5 N s\" (default: ten times what just touches)"
+    parser.add_argument("--largest", metavar="NS", type=in_si("impulse"), help=text)
+
+
 def load(path: str) -> "Scene":
     """The scene of a file; its display units are used unless `--units` was given."""
     from rsc.scene.scene import load_scene

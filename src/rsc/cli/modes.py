@@ -19,7 +19,7 @@ MOST = 10_000  # speeds
 def add(commands: Commands) -> None:
     parser = commands("modes", modes_command, "damped natural frequencies, logarithmic decrements and critical speeds")
     parser.add_argument("scene", metavar="SCENE", help="a scene, or the .npz of `rsc import` (the full model without reduction)")
-    parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed (default: the first of the scene)")
+    parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed (default: the highest of the scene)")
     parser.add_argument("--speeds", metavar="FROM:TO:NUMBER", help="table over rotor speeds (Campbell) with critical speeds")
     text = "undamped critical speeds over the stiffness of the bearings of a shaft model in N/m (default: about the actual ones)"
     parser.add_argument("--stiffness", metavar="FROM:TO:NUMBER", nargs="?", const="", help=text)
@@ -35,6 +35,7 @@ def add(commands: Commands) -> None:
 def modes_command(options: argparse.Namespace) -> int:
     from rsc.analysis.alone.modes import modes
     from rsc.show.pictures.modes import SHOWN, campbell, campbell_text, modes_text
+    from rsc.show.words.machine import machine_lines
     from rsc.show.words.plain import plain
     from rsc.show.words.wording import sentence_in_units
     from rsc.study.prediction.predictions import turned_forward
@@ -52,11 +53,11 @@ def modes_command(options: argparse.Namespace) -> int:
     if options.speeds is None:
         _refuse_output(options)
         _refuse_shapeless(scene, options)
-        speed = scene.drive.speed[0] if options.speed is None else options.speed
+        speed = max(scene.drive.speed, key=abs) if options.speed is None else options.speed
         scene, (speed,) = turned_forward(scene, [speed], note)
         made = modes(scene, speed)
         told = [] if options.json else mode_remarks(scene, made, SHOWN)
-        texts = [modes_text(made, scene.title), *map(sentence_in_units, told)]
+        texts = [modes_text(made, scene.title, machine=machine_lines(scene)), *map(sentence_in_units, told)]
         print(json.dumps(plain(made)) if options.json else "\n\n".join(texts))
         if options.output is not None:
             _draw(scene, made, options)

@@ -4,7 +4,7 @@ import argparse
 import json
 import sys
 
-from rsc.cli.common import FORCE, INTERRUPTED, JSON, OK, Commands, add_units, in_hertz, in_si, load
+from rsc.cli.common import FORCE, INTERRUPTED, JSON, OK, Commands, add_largest, add_units, in_hertz, load
 from rsc.cli.progress import shown_runs
 
 
@@ -14,8 +14,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed (default: the first of the scene)")
     parser.add_argument("--starts", metavar="N", type=int, default=64, help="number of random impacts (default: 64)")
     parser.add_argument("--seed", metavar="N", type=int, default=0, help="seed of the random impacts (default: 0)")
-    text = "largest impulse of a random impact, e.g. \"5 N s\""
-    parser.add_argument("--largest", metavar="NS", type=in_si("impulse"), help=text)
+    add_largest(parser)
     parser.add_argument("--smallest", action="store_true", help="also find the smallest impulse that starts each motion")
     parser.add_argument("-o", "--output", metavar="PNG", help="plot of the random impacts, coloured by the motion they end in")
     parser.add_argument("--force", action="store_true", help=FORCE)

@@ -3,7 +3,7 @@
 import argparse
 import json
 
-from rsc.cli.common import INTERRUPTED, JSON, OK, Commands, in_hertz, load
+from rsc.cli.common import INTERRUPTED, JSON, OK, Commands, add_largest, in_hertz, load
 from rsc.cli.progress import shown_runs
 
 
@@ -14,6 +14,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="rotor speed (default: the first of the scene)")
     parser.add_argument("--starts", metavar="N", type=int, default=64, help="random impacts per search (default: 64)")
     parser.add_argument("--seed", metavar="N", type=int, default=0, help="seed of the random impacts (default: 0)")
+    add_largest(parser)
     parser.add_argument("--json", action="store_true", help=JSON)
 
 
@@ -25,7 +26,7 @@ def remedy_command(options: argparse.Namespace) -> int:
     scene, ended = load(options.scene), OK
     with shown_runs() as note:
         try:
-            remedies = remedy(scene, options.speed, options.starts, seed=options.seed, note=note)
+            remedies = remedy(scene, options.speed, options.starts, seed=options.seed, largest=options.largest, note=note)
         except KeyboardInterrupt as stop:
             if not hasattr(stop, "result"):
                 raise

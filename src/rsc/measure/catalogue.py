@@ -109,6 +109,7 @@ class SmallestImpact:
 
     impulse : float N s; direction : float degrees, from y towards z, at the shaft's angle 0
     velocity : float m/s, by which it changes that of the rotor at the contact
+    over_touching : float, it over the smallest impulse in its direction by which a rotor in the centre of the gap just touches
     below : float N s, next smaller size that was tried, in every direction, and started none; 0 where none was
     directions : int, in which sizes were tried
     motion : int, number of the motion of the list that it starts
@@ -119,6 +120,7 @@ class SmallestImpact:
     impulse: float
     direction: float
     velocity: float
+    over_touching: float
     below: float
     directions: int
     motion: int
@@ -148,11 +150,12 @@ class Motions(Brief):
     starts : int, random ones; seed : int; largest : float N s, of their impacts; runs : int, of all
     largest_at : dict, name -> N s, largest impulse at each of several contacts, which are hit in turn; empty with one
     impulse : (starts, 2) N s, y and z, the random ones; ended : (starts,) int, number of the motion that each ends in, -1 for one
-        that had not settled or does not last
+        that had not settled or does not last; touched : (starts,) bool, whether there was any contact after it
     mu_min : float, the least friction with which anything backward is predicted to last or to run away there, NaN where none up
         to 5 is; mu_min_frequency : float Hz, of that motion; both NaN at several contacts, for which it is not known
     mu_whirl : float, the same of what lasts; larger than `mu_min` where motions run away before; mu_whirl_frequency : float Hz
     interrupted : bool, whether it was stopped before all was tried; its motions are then not known to last
+    friction : float, of the scene; NaN at several contacts
     smallest : SmallestImpact found to start a whirl, or None where none was looked for or found
     assumed : tuple of AssumedRoll, of a list in which something runs away: without a diameter nothing bounds it
     """
@@ -168,12 +171,14 @@ class Motions(Brief):
     runs: int
     impulse: NDArray[np.float64]
     ended: NDArray[np.intp]
+    touched: NDArray[np.bool_]
     mu_min: float
     mu_min_frequency: float
     mu_whirl: float
     mu_whirl_frequency: float
     interrupted: bool
     largest_at: dict[str, float] = field(default_factory=dict)
+    friction: float = math.nan
     smallest: SmallestImpact | None = None
     assumed: tuple[AssumedRoll, ...] = ()
 
@@ -209,18 +214,18 @@ class Motions(Brief):
 
     @property
     def unsettled(self) -> int:
-        """Random impacts after which nothing had settled in a motion of the list."""
-        return int((self.ended < 0).sum())
+        """Random impacts that touched and after which nothing had settled in a motion of the list."""
+        return int((self.touched & (self.ended < 0)).sum())
 
     @property
     def excluded(self) -> float:
-        """Share of all impacts below which any one motion that is not listed must be, with 95 % confidence.
+        """Share of the impacts that touch below which any one motion that is not listed must be, with 95 % confidence.
 
         An impact that had not settled may have been on its way to that motion: with u of n unsettled this is the upper
-        Clopper-Pearson bound, 1 - 0.05^(1/n) for u = 0. It holds for one motion, chosen beforehand, not for all unlisted ones
-        together.
+        Clopper-Pearson bound, 1 - 0.05^(1/n) for u = 0; those after which nothing touched tell nothing. It holds for one motion,
+        chosen beforehand, not for all unlisted ones together.
         """
-        settled = self.starts - self.unsettled
+        settled = int(self.touched.sum()) - self.unsettled
         return float(betaincinv(self.unsettled + 1, settled, CONFIDENCE)) if settled else 1.0
 
     def hits(self, motion: LastingMotion) -> int:

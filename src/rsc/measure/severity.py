@@ -10,7 +10,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from rsc.measure.catalogue import WHIRLING, AssumedRoll, LastingMotion, Motions, SmallestImpact
+from rsc.measure.catalogue import WHIRLING, AssumedRoll, LastingMotion, Motions, Predicted, SmallestImpact
 from rsc.measure.kinds import LEAST_TURNS, RANK, Kind
 from rsc.measure.several import name_of
 from rsc.measure.windows import Features
@@ -27,6 +27,7 @@ class Severity(StrEnum):
 
     SAFE = "safe"
     UNKNOWN = "unknown"
+    AT_RISK = "at risk"
     RUB = "rub"
     WHIRL = "whirl"
     DESTRUCTIVE = "destructive"
@@ -76,7 +77,7 @@ class ImpactFacts:
     """The worst motion that impacts start beside the run's own; where they start none, the worst that lasts all the same.
 
     severity : Severity; speed : float Hz; motion : str; frequency : float Hz; force_max : float N; border : Border
-    hits : int, of so many impacts, random ones, of at most largest N s
+    hits : int, of so many impacts, random ones, of at most largest N s; touched : int, of these, after which there was contact
     smallest : SmallestImpact that starts a whirl of the list, or None; starts : str, that whirl, named as `motion`
     held : tuple of Held, what a drive with a torque makes of the motion
     assumed : tuple of AssumedRoll, where it would end with a contact diameter, of one that runs away
@@ -90,6 +91,7 @@ class ImpactFacts:
     border: Border
     hits: int
     impacts: int
+    touched: int
     largest: float
     smallest: SmallestImpact | None
     starts: str
@@ -101,30 +103,41 @@ class ImpactFacts:
 class Coverage:
     """What the random impacts at one speed can claim.
 
-    speed : float Hz; impacts : int; unsettled : int, of them
-    excluded : float, share of all impacts below which any one motion that is not listed must be, with 95 % confidence; 1 where
-        nothing is claimed
+    speed : float Hz; impacts : int; touched : int, of them, after which there was any contact; unsettled : int, of those
+    excluded : float, share of the impacts that touch below which any one motion that is not listed must be, with 95 % confidence;
+        1 where nothing is claimed
     """
 
     speed: float
     impacts: int
+    touched: int
     unsettled: int
     excluded: float
+
+
+@dataclass(frozen=True)
+class NotReached:
+    """A whirl at a rotor speed in Hz that is predicted to be stable, or to be left very slowly, and that no run ended in."""
+
+    speed: float
+    whirl: Predicted
 
 
 @dataclass(frozen=True)
 class Verdict:
     """The first thing to read of a run or of a list of motions.
 
-    severity : Severity, the worst of run and impacts
+    severity : Severity, the worst of run and impacts; at risk where these are safe, and yet a motion in contact is known to last
     run : RunFacts, None of a list alone; impact : ImpactFacts, None where nothing lasts but the run's own motion
     coverage : tuple of Coverage, one a list
+    not_reached : NotReached, the whirl with the largest force among those, None without
     """
 
     severity: Severity
     run: RunFacts | None
     impact: ImpactFacts | None
     coverage: tuple[Coverage, ...]
+    not_reached: NotReached | None = None
 
 
 def verdict_of(run: RunFacts | None, features: Features | None, speeds: Sequence[float], lists: Sequence[Motions]) -> Verdict:
@@ -134,14 +147,34 @@ def verdict_of(run: RunFacts | None, features: Features | None, speeds: Sequence
     coverage = tuple(map(coverage_of, lists))
     levels = [run.severity] if run else []
     levels += [impact.severity] if impact and impact.hits else []
+    known = [one for listed in lists if (one := not_reached(listed)) and not _is_shown(one, features, speeds)]
+    left = max(known, key=lambda one: one.whirl.normal_force, default=None)
+    levels += [Severity.AT_RISK] if left or (impact and not impact.hits) else []
     searched = bool(coverage) and all(one.excluded <= CLAIMED for one in coverage)
     levels += [Severity.SAFE if searched else Severity.UNKNOWN] if not run or run.severity == Severity.SAFE else []
-    return Verdict(max(levels, key=lambda severity: severity.level), run, impact, coverage)
+    return Verdict(max(levels, key=lambda severity: severity.level), run, impact, coverage, left)
 
 
 def coverage_of(listed: Motions) -> Coverage:
     """What the random impacts of a list can claim; one that was interrupted claims nothing."""
-    return Coverage(listed.speed, listed.starts, listed.unsettled, 1.0 if listed.interrupted else listed.excluded)
+    touched, excluded = int(listed.touched.sum()), 1.0 if listed.interrupted else listed.excluded
+    return Coverage(listed.speed, listed.starts, touched, listed.unsettled, excluded)
+
+
+def _is_shown(one: NotReached, features: Features | None, speeds: Sequence[float]) -> bool:
+    """Whether the run itself turns as a predicted whirl, at that speed."""
+    if features is None:
+        return False
+    pairs = zip(speeds, features.turning.tolist(), strict=True)
+    near = [turning for speed, turning in pairs if abs(speed / one.speed - 1.0) < SAME_SPEED and turning]
+    return any(abs(one.whirl.frequency / turning - 1.0) < ALIKE for turning in near)
+
+
+def not_reached(listed: Motions) -> NotReached | None:
+    """The predicted whirl of a list with the largest force that no run ended in, though it is stable or left very slowly."""
+    whirls = [one for one in listed.not_reached if one.stable and one.label != "forward rub"] + listed.leaving
+    hardest = max(whirls, key=lambda one: one.normal_force, default=None)
+    return NotReached(listed.speed, hardest) if hardest else None
 
 
 def impact_facts(listed: Motions, features: Features | None = None, speeds: Sequence[float] = ()) -> ImpactFacts | None:
@@ -160,6 +193,7 @@ def impact_facts(listed: Motions, features: Features | None = None, speeds: Sequ
         border=worst.border,
         hits=listed.hits(worst),
         impacts=listed.starts,
+        touched=int(listed.touched.sum()),
         largest=listed.largest,
         smallest=smallest,
         starts=_name(listed.motions[smallest.motion]) if smallest else "",

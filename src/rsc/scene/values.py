@@ -20,7 +20,7 @@ _ENTRY = Number("dimensionless")  # entry of a matrix with coordinates of any ki
 _PHYSICAL = ("rotor", "stator", "contact")
 # keys of a reduced body that document the reduction
 _BOOKKEEPING = ("tolerance", "error", "band", "speeds", "coefficients_at", "highest_before", "highest_after", "observer_rows",
-                "observer_errors", "drawn", "nodes", "node_rows")
+                "observer_errors", "drawn", "nodes", "node_rows", "parts", "bearing_rows")
 
 
 @dataclass(frozen=True)

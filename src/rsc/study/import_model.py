@@ -212,7 +212,7 @@ def _bearings(model: FiniteElementModel, nodes: Sequence[int | str]) -> list[Bea
 
 def _bearing_lines(bearings: Sequence[Bearing]) -> str:
     items = ", ".join(f"[{_toml(one.node)}, {one.stiffness[0]:g}, {one.damping[0]:g}]" for one in bearings)
-    return f"bearings = [{items}]   # (guess) node, N/m, N s/m; each also [xx, xy, yx, yy]\n" if bearings else ""
+    return f"bearings = [{items}]   # (guess) node, N/m, N s/m; each also [yy, yz, zy, zz]\n" if bearings else ""
 
 
 def _clearances(gaps: Sequence[RadialGap]) -> str:

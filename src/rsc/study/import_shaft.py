@@ -19,7 +19,7 @@ from rsc.scene.files.toml_text import toml_value
 from rsc.study.import_model import guesses, tried
 
 _UNITS = {"k": "N/m", "c": "N s/m"}
-_COLUMNS = ["speed [Hz]", *(f"{letter}_{pair} [{unit}]" for letter, unit in _UNITS.items() for pair in ("xx", "xy", "yx", "yy"))]
+_COLUMNS = ["speed [Hz]", *(f"{letter}_{pair} [{unit}]" for letter, unit in _UNITS.items() for pair in ("yy", "yz", "zy", "zz"))]
 _SCENE = """\
 # Written by `rsc import`. The shaft is the imported one, a section for each element; (guess): yours to change.
 title = {title}

@@ -275,7 +275,7 @@ def _directed(body: Any) -> dict[str, Any]:
 
 
 def _supported(body: Any, kind: str, part: Callable[..., Any]) -> Any:
-    """Diagonal matrix of one part of the support coefficients [xx, xy, yx, yy]; without supports 0.0, which keeps the bits."""
+    """Diagonal matrix of one part of the support coefficients [yy, yz, zy, zz]; without supports 0.0, which keeps the bits."""
     if not body.supports:
         return 0.0
     matrix = np.zeros((body.n_coordinates,) * 2, dtype=complex if part is _anisotropic else float)
@@ -284,17 +284,17 @@ def _supported(body: Any, kind: str, part: Callable[..., Any]) -> Any:
     return matrix
 
 
-# with u = x + i y the force -(k_xx x + k_xy y), -(k_yx x + k_yy y) is -(mean + i skew) u - anisotropic conj(u)
-def _mean(xx: Any, xy: Any, yx: Any, yy: Any) -> Any:
-    return 0.5 * (xx + yy)
+# with r = y + i z the force -(k_yy y + k_yz z), -(k_zy y + k_zz z) is -(mean + i skew) r - anisotropic conj(r)
+def _mean(yy: Any, yz: Any, zy: Any, zz: Any) -> Any:
+    return 0.5 * (yy + zz)
 
 
-def _skew(xx: Any, xy: Any, yx: Any, yy: Any) -> Any:
-    return 0.5 * (yx - xy)
+def _skew(yy: Any, yz: Any, zy: Any, zz: Any) -> Any:
+    return 0.5 * (zy - yz)
 
 
-def _anisotropic(xx: Any, xy: Any, yx: Any, yy: Any) -> Any:
-    return 0.5 * (xx - yy + 1j * (xy + yx))
+def _anisotropic(yy: Any, yz: Any, zy: Any, zz: Any) -> Any:
+    return 0.5 * (yy - zz + 1j * (yz + zy))
 
 
 def _load(rotor: Any, mass: Reals) -> Complexes:

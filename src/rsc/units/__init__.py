@@ -47,7 +47,7 @@ DIMENSIONS = {
 SMALLEST, LARGEST = 1e-100, 1e100  # outside, squares and products may overflow or underflow
 
 _MAX_LENGTH = 100
-GRADE = r"G ?(\d+(?:\.\d+)?)"  # balance grade of ISO 21940, in mm/s
+GRADE = r"G ?(\d+(?:\.\d+)?)(?: at (.+))?"  # balance grade of ISO 21940, in mm/s, and the speed for which it is meant
 _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _TEXT = re.compile(rf"(?P<number>{_NUMBER})\s*(?P<unit>[^\s\d,.+-].*|1\s*/.*)", re.ASCII | re.DOTALL)
 _FREE_OF_ANGLE = ("torque", "tilt stiffness", "tilt damping", "cross stiffness", "cross damping")
@@ -110,9 +110,16 @@ def quantity(value: object, dimension: str) -> float:
 
 def eccentricity_of_grade(text: str, speed: float) -> float | None:
     """Eccentricity e in m permitted by a balance grade of ISO 21940 at a speed in Hz, from a text such as "G 6.3", where e Omega
-    is 6.3 mm/s; None for any other text and for a rotor that does not turn."""
+    is 6.3 mm/s, or "G 6.3 at 3000 rpm", which names its own speed; None for any other text and for a rotor that does not turn."""
     grade = re.fullmatch(GRADE, text.strip())
-    return 1e-3 * float(grade[1]) / (2.0 * math.pi * abs(speed)) if grade and speed else None
+    if grade is None:
+        return None
+    if grade[2] is not None:
+        try:
+            speed = quantity(grade[2], "frequency")
+        except QuantityError:
+            return None
+    return 1e-3 * float(grade[1]) / (2.0 * math.pi * abs(speed)) if speed else None
 
 
 def unit_behind(text: str) -> str:

@@ -340,7 +340,7 @@ def test_remarks_tell_what_the_mean_leaves_out():
         system = two_springs(share)
         whirl = predict_system(system, 50.0)[1]
         text = next(remark for remark in whirl_remarks(system, [whirl]) if "directions differ" in remark)
-        assert text.startswith(f"whirl {whirl.frequency:.4f} Hz: directions differ, mirror line at 60.6642 Hz of ")
+        assert text.startswith(f"whirl {whirl.frequency:.4f} Hz: elliptical, counter-rotating component at 60.6642 Hz of ")
         assert wanted in text
         assert not any("unstable" in remark for remark in whirl_remarks(system, [whirl]))
     told = branch_remarks(system, branches(system, np.linspace(45.0, 55.0, 3)))

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import rsc
-from rsc.measure.catalogue import LastingMotion, Motions, SmallestImpact
+from rsc.measure.catalogue import LastingMotion, Motions, Predicted, SmallestImpact
 from rsc.measure.kinds import Kind
 from rsc.measure.severity import RunFacts, Severity, Verdict, severity_of, verdict_of
-from rsc.show.words.verdict import MEANINGS, ON_RACE, PASSING, sentences, verdict_text
+from rsc.show.words.verdict import MEANINGS, NOT_TOUCHED, ON_RACE, PASSING, sentences, verdict_text
 from rsc.system.assemble import assemble
 from rsc.system.border import Border, border_of, mass_at
 from scenes import LAVAL
@@ -26,10 +26,12 @@ def motion(kind, force=100.0, amplitude=1e-3, border=INSIDE, frequency=-50.0, po
     return LastingMotion(*described, share=0.5, modulated=False, predicted=None, smallest_impulse=math.nan, border=border)
 
 
-def listed(motions, ended, interrupted=False, **more):
+def listed(motions, ended, interrupted=False, touched=None, not_reached=(), **more):
+    """A list of motions; ended: what each of its impacts ends in; touched: how many of them, the first ones, did (None: all)."""
     ended = np.array(ended)
-    return Motions(50.0, 1e-3, motions, [], [], len(ended), 0, 2.0, 20, np.ones((len(ended), 2)), ended, 0.1, -50.0, 0.1, -50.0,
-                   interrupted, **more)  # fmt: skip
+    reached = np.arange(len(ended)) < (len(ended) if touched is None else touched)
+    return Motions(50.0, 1e-3, motions, [*not_reached], [], len(ended), 0, 2.0, 20, np.ones((len(ended), 2)), ended, reached, 0.1,
+                   -50.0, 0.1, -50.0, interrupted, **more)  # fmt: skip
 
 
 NOTHING = motion(Kind.NO_CONTACT, 0.0, frequency=math.nan)
@@ -92,8 +94,46 @@ def test_of_several_contacts_the_one_that_yields_first_counts():
 
 def test_what_no_impact_starts_is_told_and_does_not_count():
     verdict = verdict_of(None, None, (), [listed([motion(Kind.ROLLING, 1e6, border=BEYOND), NOTHING], [1] * 16)])
-    assert verdict.severity == Severity.SAFE and verdict.impact.hits == 0
-    assert "none of 16 impacts started backward whirl, rolling" in verdict_text(verdict)
+    assert verdict.severity == Severity.AT_RISK and verdict.impact.hits == 0
+    text = verdict_text(verdict)
+    assert "none of 16 impacts started backward whirl, rolling" in text and "all 16 impacts touched" in text
+    assert "Severity: at risk (a motion in contact can last" in text
+
+
+@pytest.mark.parametrize(
+    ("growth", "possible", "touches", "severity"),
+    [(-1.0, True, (), Severity.AT_RISK), (1.0, True, (), Severity.SAFE), (-1.0, False, (), Severity.SAFE),
+     (-1.0, True, ("seal",), Severity.SAFE)],
+)  # fmt: skip
+def test_a_whirl_that_is_predicted_to_last_is_never_safe(growth, possible, touches, severity):
+    whirl = Predicted("B", -50.0, 1e-3, 10.0, growth, math.nan, possible, touches)
+    verdict = verdict_of(None, None, (), [listed([NOTHING], [0] * 16, not_reached=[whirl])])
+    assert verdict.severity == severity and (verdict.not_reached is not None) == (severity == Severity.AT_RISK)
+    told = "a backward whirl of -50.00 Hz is predicted to be stable, but no run ended in it"
+    assert (told in verdict_text(verdict)) == (severity == Severity.AT_RISK)
+
+
+@pytest.mark.parametrize(("turning", "told"), [(-49.5, False), (-20.0, True)])
+def test_the_whirl_that_the_run_itself_shows_is_not_told_as_not_reached(turning, told):
+    whirl = Predicted("B", -50.0, 1e-3, 10.0, -1.0, math.nan, True)
+    features = SimpleNamespace(kind=np.array([str(Kind.SLIDING)]), turning=np.array([turning]), names=[])
+    made = listed([NOTHING], [0] * 16, not_reached=[whirl])
+    verdict = verdict_of(run_of(Kind.SLIDING), features, [50.0], [made])
+    assert ("no run ended in it" in verdict_text(verdict)) == told and verdict.severity == Severity.WHIRL
+
+
+@pytest.mark.parametrize(
+    ("touched", "severity", "says"),
+    [(16, Severity.SAFE, "all 16 impacts touched: "), (15, Severity.SAFE, "15 of 16 impacts touched: "),
+     (0, Severity.UNKNOWN, "none of 16 impacts touched, which excludes nothing")],
+)  # fmt: skip
+def test_impacts_that_touch_nothing_are_no_evidence(touched, severity, says):
+    made = listed([NOTHING], [0] * 16, touched=touched)
+    verdict = verdict_of(None, None, (), [made])
+    assert verdict.severity == severity and says in verdict_text(verdict)
+    assert made.excluded == (pytest.approx(1.0 - 0.05 ** (1.0 / touched)) if touched else 1.0)
+    assert (NOT_TOUCHED in verdict_text(verdict)) == (touched == 0)
+    assert listed([NOTHING], [-1] * 16, touched=touched).unsettled == touched
 
 
 @pytest.mark.parametrize("ended", [[1] * 16, [0] * 8 + [1] * 8])
@@ -106,7 +146,7 @@ def test_what_runs_away_has_no_size_whether_an_impact_starts_it_or_not(ended):
 def test_at_several_contacts_the_smallest_impact_starts_what_the_verdict_names():
     at = {name: SimpleNamespace(motion=Kind.ROLLING, force_max=900.0) for name in ("seal", "bush")}
     rolling, sliding = replace(motion(Kind.ROLLING, 900.0), contacts=at), motion(Kind.SLIDING, 10.0)
-    smallest = SmallestImpact(1.0, 0.0, 0.1, 0.5, 6, 0, 100.0, 0.01, "seal")
+    smallest = SmallestImpact(1.0, 0.0, 0.1, 3.0, 0.5, 6, 0, 100.0, 0.01, "seal")
     made = listed([rolling, sliding, NOTHING], [0] * 8 + [1] * 8, smallest=smallest)
     text = verdict_text(verdict_of(None, None, (), [made]))
     assert "impact starts backward whirl, rolling at seal and bush" in text and "which starts" not in text

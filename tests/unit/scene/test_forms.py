@@ -104,7 +104,7 @@ def test_a_key_that_the_reader_of_a_shaft_leaves_is_a_fault_at_every_level(place
 def test_a_key_of_a_shape_beside_the_masses_of_a_disk_is_refused(key, value):
     scene = tomllib.loads(text())
     scene["rotor"]["disks"] = [{"at": "0.5 m", "mass": 5.0, "polar_inertia": 0.02, "diametral_inertia": 0.01, key: value}]
-    with pytest.raises(SceneError, match=rf"rotor\.disks\[0\]\.{key} = .*left out where mass and inertias are given"):
+    with pytest.raises(SceneError, match=rf"rotor\.disks, disk 1, {key} = .*left out where mass and inertias are given"):
         Scene.from_dict(scene)
 
 

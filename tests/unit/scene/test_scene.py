@@ -467,9 +467,23 @@ def test_a_balance_grade_is_an_eccentricity_at_the_largest_speed(model):
     assert np.array_equal(slower, e)
 
 
+def test_words_that_people_try_are_told_the_key():
+    with pytest.raises(SceneError, match=r"drive\.start = 0: must be a key of \[drive\] \(it is called speed = \["):
+        Scene.from_dict({**graded("laval", (0.0, 1.0)), "drive": {"start": 0, "end": 10.0, "duration": 1.0}})
+
+
+def test_a_grade_may_name_its_speed():
+    """e = 2.5 mm/s / (2 pi 150 Hz), whatever the speed of the drive."""
+    for text, speeds in (("G 2.5 at 9000 rpm", (0.0, 10.0)), ("G 2.5 at 150 Hz", (0.0, 0.0)), ("G2.5 at 9000 rpm", (5.0, 500.0))):
+        (e,) = Scene.from_dict(graded("laval", speeds, eccentricity=text)).rotor.eccentricities()
+        assert abs(e) == pytest.approx(2.5e-3 / (2.0 * np.pi * 150.0), rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [
+        (graded("laval", (0.0, 1.0), eccentricity="G 2.5 at 9000 mm"), "rotor.eccentricity = 'G 2.5 at 9000 mm': must be"),
+        (graded("laval", (0.0, 1.0), eccentricity="G 2.5 at 0 rpm"), "rotor.eccentricity = 'G 2.5 at 0 rpm': must be"),
         (graded("laval", (0.0, 0.0)), "rotor.eccentricity = 'G 6.3': must be .*that turns a balance grade such as \"G 6.3\""),
         (graded("laval", (0.0, 1.0), eccentricity="G six"), "rotor.eccentricity = 'G six': must be .* a balance grade"),
         (graded("matrices", (0.0, 1.0), eccentricity=[0.0, "G 6.3"]), r"rotor.eccentricity\[1\] = 'G 6.3'"),

@@ -5,6 +5,7 @@ import pytest
 
 import rsc
 from rsc.machine.model.modes import slowest_modes
+from rsc.scene.bodies.bearing_table import read_bearing_table
 from rsc.system.assemble import assemble
 from shaft_scenes import text
 
@@ -69,6 +70,23 @@ def test_a_grade_is_shared_by_mass():
     assert abs(one.reductions[0].full.unbalance).sum() == pytest.approx(abs(full).sum(), rel=1e-9)
 
 
+def test_a_grade_at_a_speed_is_that_of_no_other():
+    both = [scene(rotor=f'unbalance = "{grade}"').reductions[0].full.unbalance for grade in ("G 6.3", "G 6.3 at 12000 rpm")]
+    assert abs(both[0]).sum() == pytest.approx(4.0 * abs(both[1]).sum(), rel=1e-9)
+
+
+def test_a_table_in_x_and_y_is_that_in_y_and_z(tmp_path):
+    """k_yy is the second direction of one and the first of the other."""
+    rows = "1000,50,7,-9,40,10,1,2,8000\n4000,30,7,-9,20,5,1,2,4000\n"
+    read = []
+    for first, second in ("xy", "yz"):
+        pairs = [first + first, first + second, second + first, second + second]
+        head = ["speed [rpm]", *(f"k_{pair} [MN/m]" for pair in pairs), *(f"c_{pair} [N s/m]" for pair in pairs)]
+        (tmp_path / "bearing.csv").write_text(",".join(head) + "\n" + rows)
+        read.append(read_bearing_table(tmp_path / "bearing.csv")[1])
+    assert (read[0] == read[1]).all() and read[0][0].tolist() == [50e6, 7e6, -9e6, 40e6, 10.0, 1.0, 2.0, 8000.0]
+
+
 def test_coefficients_of_a_table_follow_the_speed(tmp_path):
     head = "speed [rpm], kxx [MN/m], k_yy [MN/m], c_xx [kN*s/m], c_yy [N.s/m]"
     (tmp_path / "bearing.csv").write_text(f"{head}\n1000,50,40,10,8000\n4000,30,20,5,4000\n")
@@ -119,35 +137,35 @@ def test_a_run_of_a_shaft_and_its_result(tmp_path, plain):
 
 
 REFUSED = [
-    ({"sections": '[{length = 0, diameter = "40 mm"}]'}, r"rotor\.sections\[0\]\.length = 0: must be a number > 0 m"),
-    ({"sections": '[{length = "0 mm", diameter = "40 mm"}]'}, r"rotor\.sections\[0\]\.length = '0 mm': must be a number > 0 m"),
+    ({"sections": '[{length = 0, diameter = "40 mm"}]'}, r"rotor\.sections, section 1, length = 0: must be a number > 0 and"),
+    ({"sections": '[{length = "0 mm", diameter = "40 mm"}]'}, r"sections, section 1, length = '0 mm': must be a number > 0"),
     (
         {"sections": '[{length = 0.5, diameter = "40 mm", bore = "41 mm"}]'},
-        r"rotor\.sections\[0\]\.bore = '41 mm': must be less than the diameter at its left end, 0\.04 m",
+        r"rotor\.sections, section 1, bore = '41 mm': must be less than the diameter at its left end, 40 mm",
     ),
     (
         {"sections": '[{length = 0.5, diameter = ["40 mm", "20 mm"], bore = "30 mm"}]'},
-        r"bore = '30 mm': must be less than the diameter at its right end, 0\.02 m",
+        r"bore = '30 mm': must be less than the diameter at its right end, 20 mm",
     ),
     ({"sections": "[]"}, r"rotor\.sections = .*: must be a list of tables"),
-    ({"sections": "[{length = 0.5}]"}, r"rotor\.sections\[0\]\.diameter = \(missing\): must be given"),
-    ({"sections": "[{lenght = 0.5, diameter = 0.1}]"}, r"rotor\.sections\[0\]\.lenght = 0\.5: must be a key .*did you mean"),
-    ({"at": '"600 mm"'}, r"contact\.at = '600 mm': must be on the shaft, 0 to 0\.5 m from its left end"),
+    ({"sections": "[{length = 0.5}]"}, r"rotor\.sections, section 1, diameter = \(missing\): must be given"),
+    ({"sections": "[{lenght = 0.5, diameter = 0.1}]"}, r"rotor\.sections, section 1, lenght = 0\.5: .*did you mean"),
+    ({"at": '"600 mm"'}, r"contact\.at = '600 mm': must be on the shaft, 0 to 500 mm from its left end"),
     ({"at": '"-1 mm"'}, r"contact\.at = '-1 mm': must be on the shaft"),
     ({"at": '"propeller"'}, r"contact\.at = 'propeller': must be a position: .*\(names: impeller, drive end\)"),
     ({"at": '{section = "seat", left = "301 mm"}'}, r"contact\.at\.left = '301 mm': must be a number >= 0 and <= 0\.3 m"),
     ({"at": '{section = "neck", left = 0.1}'}, r"contact\.at\.section = 'neck': must be the name of a section \(names: seat\)"),
-    ({"disks": '[{at = "501 mm", diameter = 0.2, width = 0.03}]'}, r"rotor\.disks\[0\]\.at = '501 mm': must be on the shaft"),
+    ({"disks": '[{at = "501 mm", diameter = 0.2, width = 0.03}]'}, r"rotor\.disks, disk 1, at = '501 mm': must be on the shaft"),
     (
         {"disks": "[{at = 0.2, diameter = 0.2, width = 0.1}, {at = 0.29, diameter = 0.2, width = 0.1}]"},
-        r"rotor\.disks\[1\]\.at = 0\.29: must be at least 0\.1 m from the disk at 0\.2 m: they overlap",
+        r"rotor\.disks, disk 2, at = 0\.29: must be at least 100 mm from the disk at 200 mm: they overlap",
     ),
     (
         {"disks": "[{at = 0.2, diameter = 0.05, width = 0.1}]"},
-        r"rotor\.disks\[0\]\.diameter = 0\.05: must be more than that of the shaft there, 0\.06 m",
+        r"rotor\.disks, disk 1, diameter = 0\.05: must be more than that of the shaft there, 60 mm",
     ),
-    ({"disks": "[{at = 0.2, mass = 3}]"}, r"rotor\.disks\[0\]\.polar_inertia = \(missing\): must be given: mass, polar_inertia"),
-    ({"disks": "[{at = 0.2}]"}, r"rotor\.disks\[0\]\.mass = \(missing\): must be given"),
+    ({"disks": "[{at = 0.2, mass = 3}]"}, r"rotor\.disks, disk 1, polar_inertia = \(missing\): must be given: mass"),
+    ({"disks": "[{at = 0.2}]"}, r"rotor\.disks, disk 1, mass = \(missing\): must be given"),
     (
         {"disks": "[{at = 0.2, mass = 3, polar_inertia = 0.1, diametral_inertia = 0.04}]"},
         r"polar_inertia = 0\.1: must be at most twice",
@@ -155,31 +173,56 @@ REFUSED = [
     ({"bearings": "[]"}, r"rotor\.bearings = .*: must be bearings that support the rotor \(.*1 rigid-body"),
     (
         {"bearings": "[{at = 0.33, stiffness = 1e7}]"},
-        r"rotor\.bearings = .*: must be bearings that support the rotor \(.*at too few places: 1 rigid-body",
+        r"rotor\.bearings = .*: must be bearings that support the rotor \(.*places must hold the rotor: 1 rigid-body",
     ),
     (
         {"bearings": "[{at = 0.1}, {at = 0.4, stiffness = 1e7}]"},
-        r"rotor\.bearings\[0\]\.stiffness = \(missing\): must be given, or table instead",
+        r"rotor\.bearings, bearing 1, stiffness = \(missing\): must be given, or table instead",
     ),
     (
         {"bearings": '[{at = 0.1, stiffness = "5 mm"}, {at = 0.4, stiffness = 1e7}]'},
-        r"rotor\.bearings\[0\]\.stiffness = '5 mm': must be a number in N/m",
+        r"rotor\.bearings, bearing 1, stiffness = '5 mm': must be a number in N/m",
     ),
     ({"rotor": 'material = "wood"'}, r"rotor\.material = 'wood': must be one of \"steel\""),
     (
         {"rotor": 'material = {density = 7850, youngs_modulus = "210 GPa", poisson = 0.7}'},
         r"rotor\.material\.poisson = 0\.7: must be",
     ),
-    ({"rotor": "unbalance = [{at = 0.9, amount = 1e-5}]"}, r"rotor\.unbalance\[0\]\.at = 0\.9: must be on the shaft"),
+    ({"rotor": "unbalance = [{at = 0.9, amount = 1e-5}]"}, r"rotor\.unbalance, unbalance 1, at = 0\.9: must be on the shaft"),
     ({"rotor": 'unbalance = "G6,3"'}, r"rotor\.unbalance = 'G6,3': must be a grade"),
     ({"rotor": "contact = 3"}, r"rotor\.contact = 3: must be a key"),
+    # of units
+    ({"sections": "[{length = 0.5, diameter = 40}]"}, r"section 1, diameter = 40: .* \(a number without a unit is in m\)"),
+    ({"at": "330"}, r"contact\.at = 330: must be on the shaft, 0 to 500 mm .* \(a number without a unit is in m\)"),
+    ({"rotor": "material = {density = 7.85, youngs_modulus = 2.1e11}"}, r"material\.density = 7\.85: must be 0 .*7850 kg/m\^3"),
+    (
+        {"rotor": 'material = {density = 7850, youngs_modulus = "206 MPa"}'},
+        r"rotor\.material\.youngs_modulus = '206 MPa': must be at least 1 GPa for a material of 7850 kg/m\^3",
+    ),
+    (
+        {"disks": '[{name = "wheel", at = 0.2, mass = "12 g", polar_inertia = 0.12, diametral_inertia = 0.07}]'},
+        r"rotor\.disks, disk 1 \(wheel\), mass = '12 g': must be a mass whose radius of gyration .*500 mm \(3162\.28 mm",
+    ),
+    ({"drive": "speed = 9000"}, r"drive\.speed = 9000\.0: must be .*60 mm.*500 m/s.*\(at 9000 Hz .*9000 rpm"),
+    # of places and surfaces
+    ({"contact": 'diameter = "20 mm"'}, r"contact\.diameter = '20 mm': must be at least that of the shaft at 330 mm, 60 mm"),
+    ({"contact": "gap = 0.2"}, r"contact\.gap = 0\.2: must be less than the radius of the rotor there, 30 mm \(a number without"),
+    ({"sections": '[{name = "seat", length = 0.5, diameter = 0.06, id = 0.02}]'}, r"section 1 \(seat\), id = .*called bore"),
+    ({"sections": '[{length = 0.2, diameter = 0.05}, {name = "seat", length = 0.3, diameter = 0.06, bore = "7 cm"}]'},
+     r"rotor\.sections, section 2 \(seat\), bore = '7 cm': must be less than the diameter at its left end, 60 mm"),
 ]
 
 
 @pytest.mark.parametrize("changes, message", REFUSED)
 def test_what_cannot_be_is_refused_with_station_and_value(changes, message):
+    own = dict(changes)
+    contact, drive = own.pop("contact", None), own.pop("drive", None)
+    content = text(**own)
+    if contact is not None:  # the table has a gap already
+        content = content.replace('gap = "0.2 mm"', contact if "gap" in contact else f'gap = "0.2 mm"\n{contact}')
+    content = content.replace('speed = "3000 rpm"', drive or 'speed = "3000 rpm"')
     with pytest.raises(rsc.SceneError, match=message) as caught:
-        scene(**changes)
+        rsc.Scene.from_toml(content)
     assert "\n" not in str(caught.value)
 
 
@@ -189,8 +232,8 @@ def test_what_cannot_be_is_refused_with_station_and_value(changes, message):
         ("speed,k_xx,k_yy\n1,2,3\n2,3,4\n", r"column 'speed' must have its unit"),
         ("speed [rpm], k_xx [N/m], k_yy\n1,2,3\n2,3,4\n", r"column 'k_yy' must have its unit"),
         ("speed [rpm], k_xx [mm], k_yy [N/m]\n1,2,3\n2,3,4\n", r"column 'k_xx \[mm\]': its unit must be a number in N/m"),
-        ("speed [rpm], k_xx [N/m], k_zz [N/m]\n1,2,3\n2,3,4\n", r"must be speed or one of k_xx"),
-        ("speed [rpm], k_xx [N/m]\n1,2\n2,3\n", r"must have the columns speed, k_xx and k_yy"),
+        ("speed [rpm], k_xx [N/m], k_zz [N/m]\n1,2,3\n2,3,4\n", r"has columns of x and of z"),
+        ("speed [rpm], k_xx [N/m]\n1,2\n2,3\n", r"must have the columns speed, k_yy and k_zz"),
         ("speed [rpm], k_xx [N/m], k_yy [N/m]\n2,2,3\n1,3,4\n", r"line 3: the speed must exceed"),
         ("speed [rpm], k_xx [N/m], k_yy [N/m]\n2,2,3\n", r"has 1 rows of coefficients"),
         ("speed [rpm], k_xx [N/m], k_yy [N/m]\n2,x,3\n3,3,4\n", r"line 2: k_xx"),
@@ -200,10 +243,16 @@ def test_what_cannot_be_is_refused_with_station_and_value(changes, message):
 def test_tables_of_bearings_are_refused_without_units_or_order(table, message, tmp_path):
     (tmp_path / "b.csv").write_text(table)
     (tmp_path / "scene.toml").write_text(text(bearings='[{at = 0.02, stiffness = 5e7}, {at = 0.48, table = "b.csv"}]'))
-    with pytest.raises(rsc.SceneError, match=r"rotor\.bearings\[1\]\.table = 'b\.csv': must be a CSV file") as caught:
+    with pytest.raises(rsc.SceneError, match=r"rotor\.bearings, bearing 2, table = 'b\.csv': must be a CSV file") as caught:
         rsc.load_scene(tmp_path / "scene.toml")
     with pytest.raises(rsc.SceneError, match=message):
         raise caught.value
+
+
+def test_a_contact_at_a_shoulder_may_be_at_the_smaller_diameter():
+    sections = "[{length = 0.2, diameter = 0.05}, {length = 0.3, diameter = 0.06}]"
+    own = text(sections=sections, at='"200 mm"').replace('gap = "0.2 mm"', 'gap = "0.2 mm"\ndiameter = "50 mm"')
+    assert rsc.Scene.from_toml(own).contact.diameter == 0.05
 
 
 def test_a_place_along_no_shaft_is_refused():

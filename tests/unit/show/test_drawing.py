@@ -54,12 +54,21 @@ def test_every_station_is_drawn_where_it_is(pump):
     assert {"impeller", "drive end", "bearing", "contact 200 um", "labyrinth 300 um"} == set(words(picture))
 
 
-def test_a_disk_of_unknown_shape_is_the_cylinder_of_its_inertias(pump):
-    (upper, lower) = named(drawing(pump), "disk, as the cylinder of its inertias")
-    radius, width = 1e-3 * max(upper["y"]), 1e-3 * np.ptp(upper["x"])
+def test_a_disk_of_unknown_shape_is_a_thin_one_of_its_polar_inertia_at_its_place(pump):
+    (upper, lower) = named(drawing(pump), "disk, diameter of its polar inertia")
+    radius, width = 1e-3 * max(upper["y"]), np.ptp(upper["x"])
     assert 0.5 * 12.0 * radius**2 == pytest.approx(0.12, rel=1e-4)
-    assert 12.0 * (radius**2 / 4.0 + width**2 / 12.0) == pytest.approx(0.07, rel=1e-4)
+    assert 0.0 < width < 5.0 and np.mean(upper["x"][:4]) == pytest.approx(270.0)
     assert lower["line"]["dash"] == "dash"
+
+
+@pytest.mark.parametrize("kept", [False, True])
+def test_an_overhung_disk_with_its_width_is_drawn_beyond_the_end_of_the_shaft(kept):
+    scene = rsc.Scene.from_toml(text().replace('at = "270 mm", mass', 'at = "10 mm", width = "60 mm", mass'))
+    picture = drawing(rsc.Scene.from_toml(scene.to_toml()) if kept else scene)
+    (upper, _) = named(picture, "disk, diameter of its polar inertia")
+    assert (min(upper["x"]), max(upper["x"])) == (-20.0, 40.0)
+    assert picture["layout"]["xaxis"]["range"][0] < -20.0
 
 
 @pytest.mark.parametrize("name", ["pump", "fan", "compressor"])
@@ -146,6 +155,8 @@ def test_a_result_keeps_the_drawing_and_the_shapes(pump, tmp_path):
         assert axes.get_xlabel() == "from the left end in mm"
     stored.save_html(tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text()
+    for told in ("centre of gravity", "critical speeds", "<h3>Bearings</h3>", "k_yz N/m"):
+        assert told in page
     for told in ("<h2>Machine</h2>", "labyrinth 300 um", 'id="mode_1"', 'id="animate"', "backward, logarithmic decrement"):
         assert told in page
 

@@ -3,21 +3,24 @@
 import json
 import re
 
+import numpy as np
 import pytest
 
 import rsc
 from reports import PUMP, report_of_dict
+from rsc.analysis.alone.critical_map import CriticalMap, MappedBearing
 from rsc.cli import main
 from rsc.errors import SceneError
 from rsc.scene.tables import display
 from rsc.show.page import page
 from rsc.show.pictures.abscissa import Abscissa
 from rsc.show.pictures.album import described
+from rsc.show.pictures.critical_map import critical_speeds, map_text
 from rsc.show.sweeps import pictures as sweep_pictures
 from rsc.show.sweeps.page import sweep_page
 from rsc.show.words.answer import answer
 from rsc.show.words.plain import report_plain
-from rsc.show.words.table import in_units
+from rsc.show.words.table import exact, in_units
 from rsc.show.words.text import report_text
 from rsc.show.words.units import SYSTEMS, column, shown_in, unit_for
 from rsc.show.words.wording import amount, frequency_text, length, sentence_in_units, speed_range, speed_text, vibration
@@ -111,6 +114,30 @@ def test_columns_of_tables_are_in_the_unit_of_their_header():
         names, cells = in_units(header, [*rows, ("20 .. 60", "1200", "1", "-", "")])
     assert names == ("speed rpm", "|r|/gap", "F_N lbf", "motion")  # rpm are there once
     assert cells == [["3000", "2.143", "153.3", "whirl of 3 N"], ["1200 .. 3600", "1", "-", ""]]
+
+
+def test_a_speed_is_rounded_once_in_the_unit_that_is_shown(capsys, tmp_path):
+    """7000 rpm are 116.7 Hz, which are 7002 rpm."""
+    (tmp_path / "scene.toml").write_text(rsc.Scene.from_dict({**PUMP, "drive": {"speed": 50.0, "duration": 0.1}}).to_toml())
+    for options in (["modes", "--speeds", "6000:7000 rpm:4"], ["predict", "--speed", "7000 rpm"]):
+        command, *rest = options
+        assert main([command, str(tmp_path / "scene.toml"), *rest, "--units", "metric"]) == 0
+        told = capsys.readouterr().out
+        assert re.search(r"^\s*7000 ", told, re.MULTILINE), told
+    with shown_in("metric"):
+        assert in_units(("speed Hz", ""), [(exact("0.3333 .. 116.7", 1.0 / 3.0, 7000.0 / 60.0), "")])[1] == [["20 .. 7000", ""]]
+
+
+def test_the_map_over_the_stiffness_has_the_units_of_its_table():
+    bearing = MappedBearing("left", np.array([0.0]), np.array([1e7]), True)
+    made = CriticalMap(np.array([1e6, 1e8]), np.array([[50.0], [100.0]]), (bearing,))
+    with shown_in("us"):
+        text, layout = map_text(made, ""), critical_speeds(made)
+    assert "stiffness lbf/in" in text and "in rpm" in text and " N/m" not in text and " Hz" not in text
+    titles = [layout["layout"][axis]["title"] for axis in ("xaxis", "yaxis")]
+    assert titles == ["stiffness of the bearings in lbf/in", "rotor speed in rpm"]
+    curve = layout["data"][0]
+    assert curve["y"] == pytest.approx([3000.0, 6000.0]) and curve["x"][0] == pytest.approx(1e6 * 0.0254 / 4.4482216, rel=1e-4)
 
 
 def test_the_answer_has_no_other_units_and_json_has_none_of_them(report):

@@ -23,7 +23,7 @@ def test_a_whirl_in_supports_that_differ_agrees_with_the_elliptic_prediction():
     sizes = [row for row in rows if row.quantity == "whirl amplitude"]
     # the ellipse's larger line is not that of the isotropic mean
     assert abs(sizes[-1].predicted / mean.at(60.0).rotor_amplitude - 1.0) > 2.0 * abs(sizes[-1].difference)
-    assert any("directions differ, its mirror line has" in warning for warning in report.remarks)
+    assert any("elliptical, its counter-rotating component has" in warning for warning in report.remarks)
 
 
 def test_without_contact_the_line_at_the_rotor_speed_is_that_of_the_ellipse():

@@ -147,7 +147,7 @@ REFUSED = {
     "twice": (text(off=", off = [0.01, 0.02]"), r"bearings\[0\].off = \[0.01, 0.02\]: must be a number in s"),
     "one end": (
         text(bearings="[]", contacts=CONTACT.format(name="front", at="0.2 m", number=0)),
-        "the contacts catch the rotor at too few places: 1 rigid-body",
+        "contacts at two or more places must hold the rotor: 1 rigid-body",
     ),
     "with a torque": (
         text().replace('speed = "100 Hz"', 'speed = "100 Hz"\ninertia = 1.0\ntorque = [[0, 10], [200, 10]]'),

@@ -88,6 +88,15 @@ def test_a_machine_that_turns_backwards_has_the_mirrored_list():
     assert [m.frequency for m in backward.motions[:2]] == [-m.frequency for m in forward.motions[:2]]
 
 
+@pytest.mark.parametrize(("largest", "least"), [("8 N s", True), (0.1, False)])
+def test_impacts_go_from_what_just_touches_to_the_largest_or_from_nothing_where_that_is_less(largest, least):
+    listed = rsc.motions(pump(**{"contact.friction": 0.0}), starts=12, largest=largest)
+    touching = 12.0 * 2.0 * np.pi * 2600.0 / 60.0 * 2.5e-4  # of an undamped rotor
+    sizes = np.hypot(*listed.impulse.T)
+    assert listed.largest == (8.0 if least else 0.1) and (sizes.min() > touching) == least
+    assert listed.touched.all() == least and listed.touched.any() == least and sizes.max() > 0.8 * listed.largest
+
+
 def test_without_friction_nothing_but_a_forward_rub_and_free_motion_last():
     listed = rsc.motions(pump(**{"contact.friction": 0.0}), starts=8)
     assert kinds(listed) == [Kind.FORWARD_RUB, Kind.NO_CONTACT]
@@ -119,7 +128,7 @@ def test_ctrl_c_keeps_what_was_listed(monkeypatch):
     with pytest.raises(KeyboardInterrupt) as stop:
         rsc.motions(pump(), starts=40, threads=1)
     listed = stop.value.result
-    assert listed.interrupted and 0 < listed.starts < 40 and listed.motions and "which exclude nothing" in claim(listed)
+    assert listed.interrupted and 0 < listed.starts < 40 and listed.motions and "which excludes nothing" in claim(listed)
 
 
 @pytest.mark.parametrize(
@@ -127,6 +136,7 @@ def test_ctrl_c_keeps_what_was_listed(monkeypatch):
     [
         ({"starts": -1}, "starts = -1: must be a whole number from 0"),
         ({"largest": -1.0}, "largest = -1.0: must be an impulse"),
+        ({"largest": "8 mm"}, "largest"),
         ({"threads": 0}, "threads = 0: must be a whole number from 1"),
         ({"speed": 1e9}, "drive.speed"),
     ],
@@ -155,7 +165,7 @@ def test_a_run_that_is_stopped_on_its_way_counts_for_the_motion_that_it_is_in(mo
 
     def stopped_early(*arguments):
         with monkeypatch.context() as patched:
-            patched.setattr("rsc.study.motions.settle.MOST_STEPS", 400_000)
+            patched.setattr("rsc.study.motions.settle.MOST_STEPS", 800_000)
             return original(*arguments)
 
     monkeypatch.setattr(Search, "after", stopped_early)

@@ -76,7 +76,7 @@ def test_a_whirl_that_is_no_circle_is_not_claimed_and_a_remark_tells_it():
         (whirl,) = (whirl for whirl in told.whirls if whirl.growth_rate < 0.0 and len(whirl.pressed) == 2)
         assert whirl.stable == circle == ("nearly_circular" not in whirl.violated) == (whirl.mirror.share <= 0.1)
         (remark,) = (text for text in told.remarks if f"{whirl.frequency:.4f} Hz" in text)
-        assert "directions differ, mirror line" in remark and ("not assessed" in remark) != circle
+        assert "elliptical, counter-rotating component" in remark and ("not assessed" in remark) != circle
 
 
 def test_a_run_on_unequal_supports_is_checked():

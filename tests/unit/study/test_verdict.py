@@ -86,7 +86,7 @@ def test_the_verdict_stands_in_report_json_and_is_read_again(tmp_path):
     write_stored(made, tmp_path / "report.json")
     stored = json.loads((tmp_path / "report.json").read_text())["verdict"]
     assert stored["severity"] == "destructive" and stored["sentences"] == sentences(made.verdict)
-    assert set(stored["facts"]) == {"severity", "run", "impact", "coverage"}
+    assert set(stored["facts"]) == {"severity", "run", "impact", "coverage", "not_reached"}
     assert stored["facts"]["impact"]["smallest"]["impulse"] == made.verdict.impact.smallest.impulse
     again = report_of(result, tmp_path / "result.h5")
     assert type(again.branches[0]).__name__ == "StoredBranch" and verdict_text(again.verdict) == verdict_text(made.verdict)

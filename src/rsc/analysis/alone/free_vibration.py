@@ -21,6 +21,8 @@ from rsc.system.system import System
 
 _FREE = 1e-7  # of the fastest motion: an eigenvalue 0, which is double where nothing damps it and then comes out so inaccurate
 _SPEEDS = 290  # between a thousandth and a hundred times the largest natural frequency, 4 % apart
+_STRAIGHT = 1e-6  # difference of both circles of an ellipse over their sum, below which it has no sense
+_ALIKE = 1e-8  # difference of two eigenvalues over their size, below which they are one
 _UNDAMPED = 1e-13  # of the fastest motion: a growth rate that is the rounding of it
 
 
@@ -28,7 +30,7 @@ _UNDAMPED = 1e-13  # of the fastest motion: a growth rate that is the rounding o
 class FreeVibration:
     """One free vibration of the rotor; real motion r = (shape e^{i w t} + mirror_shape e^{-i w t}) e^{growth_rate t}.
 
-    frequency : float Hz, damped, w/2 pi; negative: backward; of an ellipse its larger circle
+    frequency : float Hz, damped, w/2 pi; negative: backward; of an ellipse its larger circle, of a straight line positive
     growth_rate : float, 1/s; negative: it dies away
     shape, mirror_shape : (N,) complex, at frequency and at its negative (zero where all directions are alike); scaled to a
         kinetic energy, |shape|_M, of 1
@@ -67,23 +69,44 @@ def free_vibrations(system: System, speed: float) -> list[FreeVibration]:
 
 def vibrations_of(body: Body, speed: float) -> list[FreeVibration]:
     """`free_vibrations` of any body that has coordinates."""
-    matrices = _matrices(body, TWO_PI * float(speed))
+    matrices = matrices_of(body, TWO_PI * float(speed))
     values, vectors = np.linalg.eig(first_order(body, *matrices))
-    n, vibrations = body.n_coordinates, []
-    for value, vector in zip(values, vectors.T, strict=True):
-        if len(matrices[0]) == n:
-            vibrations.append(_vibration(body.mass, value, vector[:n], np.zeros(n)))
-        elif value.imag >= 0.0:  # of the real equations: with its conjugate one real motion y, z
-            y, z = vector[:n], vector[n : 2 * n]
-            vibrations.append(_vibration(body.mass, value, y + 1j * z, y.conj() + 1j * z.conj()))
+    n = body.n_coordinates
+    if len(matrices[0]) == n:
+        none = np.zeros(n)
+        vibrations = [_vibration(body.mass, value, vector[:n], none) for value, vector in zip(values, vectors.T, strict=True)]
+    else:  # of the real equations: an eigenvalue with its conjugate is one real motion y, z
+        half = values.imag >= 0.0
+        circles = np.vstack([vectors[:n] + 1j * vectors[n : 2 * n], vectors[:n] - 1j * vectors[n : 2 * n]])[:, half]
+        own = zip(values[half], _separated(body.mass, values[half], circles).T, strict=True)
+        vibrations = [_vibration(body.mass, value, circle[:n], circle[n:].conj()) for value, circle in own]
     return sorted(vibrations, key=lambda vibration: vibration.frequency)
+
+
+def _separated(mass, values, circles):
+    """Ellipses as columns of circles forward and backward (2 N, v), those of one frequency as circular as they can be: of a rotor
+    with unequal directions that some of its modes do not feel, any mixture of two circles is a mode of these.
+
+    They are the stationary ones of the energy forward less that backward over the sum of both.
+    """
+    circles, single = circles.copy(), np.ones(len(values), bool)
+    weighted = np.vstack([mass @ part for part in np.split(circles, 2)])
+    for i in np.flatnonzero(values.imag > 0.0):
+        if single[i]:
+            alike = np.flatnonzero(np.abs(values - values[i]) <= _ALIKE * abs(values[i]))
+            single[alike] = False
+            if len(alike) > 1:
+                own, other = (np.split(part[:, alike], 2) for part in (circles, weighted))
+                forward, backward = (one.conj().T @ two for one, two in zip(own, other, strict=True))
+                circles[:, alike] = circles[:, alike] @ scipy.linalg.eigh(forward - backward, forward + backward)[1]
+    return circles
 
 
 def _vibration(mass, value, shape, mirror):
     sizes = [np.sqrt((part.conj() @ mass @ part).real) for part in (shape, mirror)]
     if max(sizes) == 0.0:  # of first-order states alone, without motion
         return FreeVibration(float(value.imag) / TWO_PI, float(value.real), shape, mirror)
-    if sizes[1] > sizes[0]:
+    if sizes[1] - sizes[0] > _STRAIGHT * (sizes[0] + sizes[1]):
         value, shape, mirror, sizes = value.conjugate(), mirror, shape, sizes[::-1]
     return FreeVibration(float(value.imag) / TWO_PI, float(value.real), shape / sizes[0], mirror / sizes[0])
 
@@ -92,7 +115,7 @@ def free_growth(system: System, Omega: float) -> float:
     """Largest growth rate of the free vibrations of rotor and stator without contact, 1/s; Omega in rad/s. 0 where the least
     stable is a motion that nothing opposes, or that nothing damps."""
     bodies = [body for body in system.bodies if body.n_coordinates]
-    values = np.concatenate([np.linalg.eigvals(first_order(body, *_matrices(body, Omega))) for body in bodies])
+    values = np.concatenate([np.linalg.eigvals(first_order(body, *matrices_of(body, Omega))) for body in bodies])
     fastest = values[values.real.argmax()]
     largest = np.abs(values).max()
     return 0.0 if abs(fastest) <= _FREE * largest or abs(fastest.real) <= _UNDAMPED * largest else float(fastest.real)
@@ -130,10 +153,10 @@ def threshold_speed(system: System) -> float:
 def rotor_matrices(system, Omega):
     """Mass, damping with gyroscopics and stiffness of the rotor at Omega, rad/s: (N, N) complex, or (2 N, 2 N) of [y, z] where
     directions differ."""
-    return _matrices(system.rotor, Omega)
+    return matrices_of(system.rotor, Omega)
 
 
-def _matrices(body, Omega):
+def matrices_of(body, Omega):
     """Mass, damping with gyroscopics and stiffness of one body, complex; real and of [y, z] where its directions differ."""
     body = body.at_speed(Omega).without_states()
     damping = body.damping - 1j * Omega * body.gyroscopic

@@ -17,6 +17,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from rsc.analysis.alone.free_vibration import FreeVibration, vibrations_of
+from rsc.analysis.alone.mode_lines import Line, followed
 from rsc.analysis.alone.mode_shapes import ModeShape, shape_of
 from rsc.analysis.paper.predict import refuse_speeds
 from rsc.arguments import LINE_OF_SPEEDS, SCENE, optional, takes
@@ -33,7 +34,7 @@ _FREE, _UNDAMPED = 1e-6, 1e-12  # of the fastest motion, in which eigenvalues ne
 _STRAIGHT = 1e-6  # difference of the two circles of an ellipse over their sum
 _PART = 0.01  # of the kinetic energy that must turn the other way for a mode to be mixed
 COLUMNS = ("rotor speed in Hz", "of", "frequency in Hz", "undamped frequency in Hz", "growth rate in 1/s",
-           "logarithmic decrement", "damping ratio", "sense", "share at the contact", "remark")  # fmt: skip
+           "logarithmic decrement", "damping ratio", "sense", "participation of the contact", "remark")  # fmt: skip
 _GRID = 101  # speeds between which critical speeds are counted
 _HALVINGS = 60
 
@@ -49,8 +50,8 @@ class Mode:
     damping_ratio : -growth_rate/|lambda|
     sense : "forward", "backward", "straight" (an ellipse without width), "mixed" (parts of the machine turn against each other),
         "-" where it does not oscillate
-    share : of the mobility l M^-1 l of the contact the part that this mode has: the modes of one sense have 1 together, where
-        nothing is gyroscopic or damped; of several contacts the largest
+    share : modal participation of the contact: the part that this mode has of the mobility l M^-1 l there; the modes of one sense
+        have 1 together, where nothing is gyroscopic or damped; of several contacts the largest
     remark : "", "free: nothing opposes it", "does not oscillate", "unstable", "undamped"
     """
 
@@ -106,11 +107,16 @@ class Modes(Brief):
 
 
 class Campbell(BriefList[Modes]):
-    """The Modes at several rotor speeds, a list, and the critical speeds in Hz between the lowest and the highest of them."""
+    """The Modes at several rotor speeds, a list.
 
-    def __init__(self, made: Sequence[Modes], criticals: Sequence[float]) -> None:
+    criticals : tuple of float, critical speeds in Hz between the lowest and the highest of these speeds
+    lines : modes of the rotor followed from speed to speed by their shapes; each line is a tuple with the number of its mode in
+        `rotor` for every speed, None where it does not oscillate
+    """
+
+    def __init__(self, made: Sequence[Modes], criticals: Sequence[float] = (), lines: Sequence[Line] = ()) -> None:
         super().__init__(made)
-        self.criticals = tuple(criticals)
+        self.criticals, self.lines = tuple(criticals), tuple(lines)
 
     def plot(self, ax: Any = None, **style: Any) -> Any:
         """Draw the Campbell diagram: damped natural frequencies over the rotor speed, with the critical speeds.
@@ -147,7 +153,7 @@ def modes(
         A reduced body counts as it was reduced: its modes are right within the band of its reduction. Bearings that are switched
         off during a run are there.
     speed : None, float or str, or a sequence of them, Hz
-        Rotor speed, also with its unit: "3000 rpm"; None takes the first speed of the scene's drive.
+        Rotor speed, also with its unit: "3000 rpm"; None takes the highest speed of the scene's drive.
 
     Returns
     -------
@@ -164,14 +170,17 @@ def modes(
     >>> [f"{mode.frequency:.1f} Hz" for mode in at_speed.rotor]
     ['-25.6 Hz', '40.5 Hz', '-45.3 Hz', '110.4 Hz']
     """
-    speeds = np.atleast_1d(np.asarray(scene.drive.speed[0] if speed is None else speed, dtype=float))
+    speeds = np.atleast_1d(np.asarray(max(scene.drive.speed, key=abs) if speed is None else speed, dtype=float))
     refuse_speeds("modes", "speed", scene, speeds)
     system = assemble(scene).at_start
     nodes, rows = (np.array(getattr(scene.rotor, name, None) or ()) for name in ("nodes", "node_rows"))
     made = [modes_at(system, value, (nodes, rows) if nodes.size else None) for value in speeds.tolist()]
     if speed is None or np.ndim(speed) == 0:
         return made[0]
-    return Campbell(made, critical_speeds(system, float(speeds.min()), float(speeds.max())) if speeds.size else [])
+    if not speeds.size:
+        return Campbell(made)
+    criticals = critical_speeds(system, float(speeds.min()), float(speeds.max()))
+    return Campbell(made, criticals, mode_lines(system, speeds.tolist()))
 
 
 @one_thread
@@ -186,6 +195,17 @@ def modes_at(system: System, speed: float, nodes: tuple[Any, Any] | None = None)
     held, coupled = (tuple(modes_of(body, speed)) for body in (stator, joined_at_contacts(system)))
     shapes = tuple(shape_of(vibration, *nodes) for _, vibration in vibrating) if nodes else ()
     return Modes(speed, tuple(mode for mode, _ in vibrating), held, coupled, shapes)
+
+
+@one_thread
+def mode_lines(system: System, speeds: Sequence[float]) -> tuple[Line, ...]:
+    """The lines of the rotor's modes over rotor speeds in Hz (`Campbell.lines`)."""
+
+    def at(speed: float) -> list[FreeVibration]:
+        body = system.rotor.at_speed(TWO_PI * speed)
+        return [vibration for _, vibration in _modes_with_vibrations(body, speed)]
+
+    return followed(speeds, at, system.rotor.mass)
 
 
 def modes_of(body: Body, speed: float) -> list[Mode]:
@@ -235,13 +255,14 @@ def critical_speeds(system: System, low: float, high: float) -> list[float]:
     A rotor that turns backwards has those of its mirror image, as negative speeds.
 
     Where all directions are alike unbalance drives forward vibrations only, where they differ backward ones too. Vibrations
-    slower than the rotor are counted at 101 speeds; where their number changes the place is found by halving.
+    faster than the rotor are counted at 101 speeds (slower ones may cease to oscillate); where their number changes the place is
+    found by halving.
     """
 
-    def slower(speed: float) -> int:
+    def faster(speed: float) -> int:
         frequencies = np.array([each.frequency for each in vibrations_of(system.rotor, speed)])
-        turning = frequencies * np.sign(speed) if system.isotropic else np.abs(frequencies)
-        return int(np.count_nonzero((turning > 0.0) & (turning < abs(speed))))
+        turning = frequencies * copysign(1.0, speed) if system.isotropic else np.abs(frequencies)
+        return int(np.count_nonzero(turning > abs(speed)))
 
     def between(first: tuple[float, int], last: tuple[float, int], halvings: int) -> list[float]:
         if first[1] == last[1]:
@@ -249,10 +270,10 @@ def critical_speeds(system: System, low: float, high: float) -> list[float]:
         middle = 0.5 * (first[0] + last[0])
         if not halvings:
             return [middle] * abs(last[1] - first[1])
-        half = middle, slower(middle)
+        half = middle, faster(middle)
         return between(first, half, halvings - 1) + between(half, last, halvings - 1)
 
-    counted = [(float(speed), slower(float(speed))) for speed in np.linspace(low, high, _GRID)]
+    counted = [(float(speed), faster(float(speed))) for speed in np.linspace(low, high, _GRID)]
     return [speed for first, last in itertools.pairwise(counted) for speed in between(first, last, _HALVINGS)]
 
 

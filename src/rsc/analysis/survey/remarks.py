@@ -174,7 +174,7 @@ def mirror_remarks(whirls):
 def _share_text(whirl):
     """How far a whirl is from a circle."""
     mirror = whirl.mirror
-    text = f"directions differ, mirror line at {mirror.frequency:.4f} Hz of {_percent(mirror.share)} of the whirl"
+    text = f"elliptical, counter-rotating component at {mirror.frequency:.4f} Hz of {_percent(mirror.share)} of the whirl"
     return f"{text}: not circular, stability not assessed" if "nearly_circular" in whirl.violated else text
 
 
@@ -232,7 +232,7 @@ def branch_remarks(system, branches):
 def _mirror_of(branch):
     """Remark on the mirror line of a branch where directions differ."""
     shares = np.array([whirl.mirror.share for whirl in branch.whirls])
-    text = f"whirl {branch.label}: directions differ, mirror line of up to {_percent(shares.max())} of the whirl"
+    text = f"whirl {branch.label}: elliptical, counter-rotating component of up to {_percent(shares.max())} of the whirl"
     pieces = np.split(branch.speed, np.flatnonzero(np.diff(shares > MOST_MIRROR)) + 1)
     pieces = pieces[0 if shares[0] > MOST_MIRROR else 1 :: 2]
     where = " and ".join(_span(piece.min(), piece.max()) for piece in pieces)
@@ -245,7 +245,7 @@ def rub_remarks(rubs):
     for rub_range in rubs:
         stretches = rub_range.stretches(rub_range.mirror > MOST_MIRROR)
         if stretches:
-            text = f"forward rub: directions differ, mirror line of up to {_percent(rub_range.mirror.max())} of it"
+            text = f"forward rub: elliptical, counter-rotating component of up to {_percent(rub_range.mirror.max())} of it"
             where = " and ".join(_span(*stretch) for stretch in stretches)
             remarks.append(f"{text}; not circular {where}: stability not assessed there")
     return remarks

@@ -71,4 +71,5 @@ def refuse_loose(model: FiniteElementModel, rows: Sequence[NDArray[np.float64]])
     for row in rows:
         place = scipy.sparse.csc_array(row[:, None]) if model.is_sparse else row[:, None]
         stiffness = stiffness + float(stiffness.diagonal().max()) * (place @ place.T)
-    held(model.mass, stiffness, model.source, f"{_MISSING}, and the contacts catch the rotor at too few places", model.rounding)
+    advice = f"{_MISSING}; without them contacts at two or more places must hold the rotor"
+    held(model.mass, stiffness, model.source, advice, model.rounding)

@@ -12,6 +12,7 @@ from rsc.machine.model.model import FiniteElementModel
 
 FEW = 300  # number of coordinates up to which all modes are computed
 _STILL = 1e-6  # relative to |lambda|: smaller imaginary parts are rounding
+_STRAIGHT = 1e-6  # difference of both circles of an ellipse, relative: a smaller one has no sense, and frequency > 0
 _FREE = 1e-8  # of the fastest mode: what is slower is opposed by nothing but rounding
 _SHIFT = 1e-3  # relative to a typical frequency: shift away from the zero eigenvalues of a free machine
 
@@ -61,7 +62,7 @@ def slowest_shapes(model: FiniteElementModel, speed: float, count: int, states: 
         elif not model.isotropic:
             if value.imag < 0.0:
                 continue  # conjugate of another mode
-            backward = np.linalg.norm(vector[:n]) < np.linalg.norm(vector[n : 2 * n])
+            backward = np.linalg.norm(vector[:n]) < (1.0 - _STRAIGHT) * np.linalg.norm(vector[n : 2 * n])
             frequency = -frequency if backward else frequency
         modes.append((float(f"{abs(value):.6g}"), ModelMode(frequency, float(value.real)), vector[: mass.shape[0]]))
     return [(mode, vector) for _, mode, vector in sorted(modes, key=lambda one: one[:2])[:count]]

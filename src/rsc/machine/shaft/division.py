@@ -18,6 +18,10 @@ LEAST_MODES = 4  # modes compared at least, whatever the band
 _SHARE, _SHORTER = 0.25, 0.7
 
 
+class TooManyNodes(DataError):
+    """A shaft that needs more than `MOST_NODES` nodes for its band."""
+
+
 class Divided(NamedTuple):
     """model; nodes: their positions in m; change: largest relative change of its `modes` lowest natural frequencies, undamped
     and at rest, when every element is halved."""
@@ -52,8 +56,7 @@ def divided(shaft: Shaft, top: float, source: str, elements: int | None = None) 
 
     Raises
     ------
-    DataError
-        More than `MOST_NODES` nodes are needed.
+    TooManyNodes
     """
     waves = [piece.length / _wavelength(piece, top) for a, b in pairwise(shaft.stations) for piece in shaft.pieces(a, b)[:1]]
     share, before = _SHARE, None
@@ -79,7 +82,7 @@ def _wavelength(piece: Section, top: float) -> float:
 def _nodes(shaft: Shaft, numbers: list[int], source: str) -> list[float]:
     """Positions of the nodes for given numbers of elements between stations."""
     if sum(numbers) >= MOST_NODES:
-        raise DataError(source, f"needs more than {MOST_NODES} nodes for its band: narrow it, or give elements")
+        raise TooManyNodes(source, f"needs more than {MOST_NODES} nodes for its band")
     pairs = zip(pairwise(shaft.stations), numbers, strict=True)
     return [float(place) for (a, b), number in pairs for place in np.linspace(a, b, number + 1)[:-1]] + [shaft.stations[-1]]
 

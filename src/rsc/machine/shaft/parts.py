@@ -51,6 +51,28 @@ class Section:
         return self.material.density * np.pi / 12.0 * self.length * (squares[0] - squares[1])
 
     @property
+    def centre(self) -> float:
+        """Position of its centre of mass in m from its left end."""
+        return self._moment(1, 2) / self._moment(0, 2)
+
+    @property
+    def inertias(self) -> tuple[float, float]:
+        """Polar moment of inertia, and that about a diameter through the centre of mass, kg m^2."""
+        density = self.material.density
+        polar = density * np.pi / 32.0 * self._moment(0, 4)
+        along = self._moment(2, 2) - self._moment(0, 2) * self.centre**2
+        return polar, 0.5 * polar + density * np.pi / 4.0 * along
+
+    def _moment(self, power: int, exponent: int) -> float:
+        """Integral of s^power (outer diameter^exponent - bore^exponent) ds over its length, in m."""
+        parts = []
+        for left, right in self._ends:
+            diameter = np.polynomial.Polynomial([left, (right - left) / self.length])
+            integrand = np.polynomial.Polynomial.basis(power) * diameter**exponent
+            parts.append(float(integrand.integ()(self.length)))
+        return parts[0] - parts[1]
+
+    @property
     def _ends(self) -> tuple[tuple[float, float], tuple[float, float]]:
         return self.outer, self.inner
 
@@ -81,7 +103,7 @@ class Support:
 
     place: float  # m
     speeds: NDArray[np.float64]  # (k,) Hz, increasing; a single one for constant coefficients
-    coefficients: NDArray[np.float64]  # (k, 8): k_xx, k_xy, k_yx, k_yy in N/m, then damping in N s/m
+    coefficients: NDArray[np.float64]  # (k, 8): k_yy, k_yz, k_zy, k_zz in N/m, then damping in N s/m
     tilt_stiffness: float = 0.0  # N m/rad, the same in every direction
     tilt_damping: float = 0.0  # N m s/rad
     name: str = ""
@@ -147,6 +169,15 @@ class Shaft:
         disks = [disk.diameter for disk in self.disks if disk.diameter is not None and abs(disk.place - place) <= near]
         covering = [one for one in self.placed if one.start - near <= place <= one.end + near]
         return max(disks or [one.section.diameter_at(place - one.start) for one in covering])
+
+    def least_diameter_at(self, place: float) -> float:
+        """Outer diameter in m of the bare shaft at a position, the smaller at a shoulder."""
+        near, ends = SAME_PLACE * self.length, self.ends
+        pairs = zip(ends, self.sections, strict=False)
+        return min(
+            section.diameter_at(min(max(place - start, 0.0), section.length))
+            for start, section in pairs if start - near <= place <= start + section.length + near
+        )  # fmt: skip
 
     @property
     def mass(self) -> float:

@@ -11,17 +11,19 @@ from rsc.machine.model.following import MOST_KNOTS
 from rsc.units import QuantityError, quantity
 
 # column -> index among the eight coefficients
-_PLACES = {f"{letter}_{pair}": 4 * k + i for k, letter in enumerate("kc") for i, pair in enumerate(("xx", "xy", "yx", "yy"))}
+_PLACES = {f"{letter}_{pair}": 4 * k + i for k, letter in enumerate("kc") for i, pair in enumerate(("yy", "yz", "zy", "zz"))}
+_OTHER_AXES = str.maketrans("xy", "yz")  # of programs whose shafts lie along z
 _DIMENSION = {"k": "stiffness", "c": "damping"}
-_EXAMPLE = "speed [rpm], k_xx [N/m], k_yy [N/m], c_xx [N s/m], c_yy [N s/m]"
+_EXAMPLE = "speed [rpm], k_yy [N/m], k_zz [N/m], c_yy [N s/m], c_zz [N s/m]"
 _COLUMN = re.compile(r"\s*(\w+)\s*[\[(]\s*(.+?)\s*[\])]\s*")
 
 
 def read_bearing_table(path: object) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Speeds (k,) in Hz and coefficients (k, 8) in N/m and N s/m.
 
-    The header names the columns with their units, as in ``speed [rpm], k_xx [N/m], k_yy [N/m], c_xx [N s/m], c_yy [N s/m]``;
-    cross-coupled ones, k_xy, k_yx, c_xy and c_yx, are 0 if absent.
+    The header names the columns with their units, as in ``speed [rpm], k_yy [N/m], k_zz [N/m], c_yy [N s/m], c_zz [N s/m]``;
+    cross-coupled ones, k_yz, k_zy, c_yz and c_zy, are 0 if absent. A file with k_xx is that of a program whose directions are x
+    and y: these become y and z.
 
     Raises
     ------
@@ -30,10 +32,10 @@ def read_bearing_table(path: object) -> tuple[NDArray[np.float64], NDArray[np.fl
     """
     file = one_line(path)
     heads, lines = rows_of(path, None, (), "a table of bearing coefficients")
-    columns = [_column(file, head) for head in heads]
+    columns = _in_y_and_z(file, [_column(file, head) for head in heads])
     names = [name for name, _ in columns]
-    if "speed" not in names or not {"k_xx", "k_yy"} <= set(names) or len(set(names)) < len(names):
-        raise DataError(file, f"must have the columns speed, k_xx and k_yy, each column once: {_EXAMPLE}")
+    if "speed" not in names or not {"k_yy", "k_zz"} <= set(names) or len(set(names)) < len(names):
+        raise DataError(file, f"must have the columns speed, k_yy and k_zz (or k_xx and k_yy), each column once: {_EXAMPLE}")
     speeds: list[float] = []
     rows = []
     for number, line in lines:
@@ -53,13 +55,21 @@ def read_bearing_table(path: object) -> tuple[NDArray[np.float64], NDArray[np.fl
     return np.array(speeds), np.array(rows)
 
 
+def _in_y_and_z(file: str, columns: list[tuple[str, float]]) -> list[tuple[str, float]]:
+    """The columns with the directions y and z, of a file that may have x and y."""
+    pairs = "".join(name[2:] for name, _ in columns if name != "speed")
+    if "x" in pairs and "z" in pairs:
+        raise DataError(file, f"has columns of x and of z: the directions are y and z (or all x and y): {_EXAMPLE}")
+    return [(name if name == "speed" or "x" not in pairs else name.translate(_OTHER_AXES), factor) for name, factor in columns]
+
+
 def _column(file: str, head: str) -> tuple[str, float]:
     """Name of a column and the factor from its unit to SI (Hz)."""
     match = _COLUMN.fullmatch(head)
     if match is None:
         raise DataError(file, f"column {one_line(head)[:40]!r} must have its unit: {_EXAMPLE}")
-    name, unit = re.sub(r"^([kc])([xy]{2})$", r"\1_\2", match[1].lower()), match[2]
-    if name != "speed" and name not in _PLACES:
+    name, unit = re.sub(r"^([kc])([xyz]{2})$", r"\1_\2", match[1].lower()), match[2]
+    if name != "speed" and name not in _PLACES and name.translate(_OTHER_AXES) not in _PLACES:
         raise DataError(file, f"column {one_line(head)[:40]!r} must be speed or one of {', '.join(_PLACES)}")
     try:
         return name, quantity(f"1 {unit}", "frequency" if name == "speed" else _DIMENSION[name[0]])

@@ -33,7 +33,7 @@ ONE_OR_PER_MASS = Later("one for all masses, or " + PER_COORDINATE.wanted, (Ecce
 LOAD = Later("a list with one pair [f_y, f_z] in N per coordinate", (Sequence(PairReader("force")),))
 COEFFICIENTS = Sequence(Number("stiffness"))
 SUPPORTS = Later(
-    "a list of [coordinate, [k_xx, k_xy, k_yx, k_yy] in N/m] or [coordinate, stiffness, [c_xx, c_xy, c_yx, c_yy] in N s/m]",
+    "a list of [coordinate, [k_yy, k_yz, k_zy, k_zz] in N/m] or [coordinate, stiffness, [c_yy, c_yz, c_zy, c_zz] in N s/m]",
     (
         Sequence(Listed((Integer(0, MAX_COORDINATES), COEFFICIENTS))),
         Sequence(Listed((Integer(0, MAX_COORDINATES), COEFFICIENTS, Sequence(Number("damping"))))),

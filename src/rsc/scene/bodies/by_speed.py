@@ -9,7 +9,7 @@ SPEED = Number("frequency", low=-1e6, high=1e6)
 _FOUR = Sequence(Number("stiffness")), Sequence(Number("damping"))
 _KNOTS = tuple(Sequence(Listed(form)) for form in ((SPEED, _FOUR[0]), (SPEED, *_FOUR)))
 SUPPORTS_BY_SPEED = Later(
-    "a list of [coordinate, knots], each knot [speed in Hz, [k_xx, k_xy, k_yx, k_yy] in N/m, [c_xx, c_xy, c_yx, c_yy] in N s/m]",
+    "a list of [coordinate, knots], each knot [speed in Hz, [k_yy, k_yz, k_zy, k_zz] in N/m, [c_yy, c_yz, c_zy, c_zz] in N s/m]",
     tuple(Sequence(Listed((Integer(0, MAX_COORDINATES), knots))) for knots in _KNOTS),
 )
 MEANING = "Bearings and seals with speed-dependent coefficients: linear between knots, constant beyond."
@@ -56,7 +56,7 @@ def read_place(table: RawTable, key: str, raw: Any, body: Any) -> int:
 def _read_knot(table: RawTable, key: str, raw: Any) -> tuple[Any, ...]:
     parts = as_list(raw)
     if parts is None or len(parts) not in (2, 3):
-        table.refuse(key, raw, "[speed, [k_xx, k_xy, k_yx, k_yy], [c_xx, c_xy, c_yx, c_yy]]")
+        table.refuse(key, raw, "[speed, [k_yy, k_yz, k_zy, k_zz], [c_yy, c_yz, c_zy, c_zz]]")
     speed = SPEED.read(table, f"{key}[0]", parts[0])
     readers = [Number("stiffness")] * 4, [Number("damping")] * 4
     coefficients = [per_coordinate(table, f"{key}[{k}]", part, readers[k - 1]) for k, part in enumerate(parts) if k]

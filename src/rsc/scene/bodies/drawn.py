@@ -16,15 +16,15 @@ SECTION, SLEEVE, DISK, CYLINDER, BEARING, CONTACT, PLACE = (
 )  # fmt: skip
 KINDS = (SECTION, SLEEVE, DISK, CYLINDER, BEARING, CONTACT, PLACE)
 MOST_NAME = 500  # characters
-_THIN = 0.1  # of its radius: least width of a disk that is drawn from its inertias
 _DIGITS = 6  # of the displacements of nodes
 
 
 class Drawn(NamedTuple):
     """A part of the drawing, between two positions in m from the left end, with its diameters in m at both.
 
-    kind : "section", "sleeve", "disk", "cylinder" (a disk of unknown shape, as the solid cylinder of its mass and inertias),
-        "bearing", "contact" (in the order of the coordinates) or "place" (observed, such as that of a clearance)
+    kind : "section", "sleeve", "disk", "cylinder" (a disk of unknown diameter, as wide as a solid cylinder of its mass and polar
+        moment of inertia), "bearing", "contact" (in the order of the coordinates) or "place" (observed, such as that of a
+        clearance); a disk of unknown width ends where it starts
     """
 
     kind: str
@@ -51,8 +51,10 @@ class DrawnReader:
         kind = Choice(KINDS).read(table, f"{key}[0]", parts[0])
         if not isinstance(parts[1], str) or len(parts[1]) > MOST_NAME or parts[1] != one_line(parts[1]):
             table.refuse(f"{key}[1]", parts[1], f"a text of at most {MOST_NAME} characters")
-        length = Number("length", low=0.0)
-        numbers = [length.read(table, f"{key}[{i}]", part) for i, part in enumerate(parts[2:], 2)]
+        place, diameter = Number("length"), Number("length", low=0.0)
+        readers = [place, place, *[diameter] * (len(parts) - 4)]  # a wide disk on the end of a shaft begins before it
+        numbered = enumerate(zip(readers, parts[2:], strict=True), 2)
+        numbers = [reader.read(table, f"{key}[{i}]", part) for i, (reader, part) in numbered]
         if numbers[1] < numbers[0]:
             table.refuse(key, raw, "a part that ends where it starts, or to the right of that")
         return Drawn(kind, parts[1], *numbers)
@@ -97,14 +99,9 @@ def _parts(shaft: Any, touching: Sequence[Any], magnets: dict[str, str]) -> list
 
 
 def _disk(disk: Any, shaft: Any) -> Drawn:
-    """A disk as its shape is known, else as the solid cylinder that has its mass and moments of inertia."""
-    known = disk.diameter is not None and disk.width is not None
-    radius = np.sqrt(2.0 * disk.polar_inertia / disk.mass) if disk.diameter is None else 0.5 * disk.diameter
-    bare = replace(shaft, disks=()).diameter_at(disk.place)
-    width = np.sqrt(max(12.0 * (disk.diametral_inertia - 0.5 * disk.polar_inertia) / disk.mass, 0.0))
-    width = max(width, _THIN * radius) if disk.width is None else disk.width
-    outer = float(2.0 * radius)
-    return Drawn(
-        DISK if known else CYLINDER, disk.name, max(float(disk.place - 0.5 * width), 0.0), float(disk.place + 0.5 * width),
-        outer, outer, min(bare, outer), min(bare, outer),
-    )  # fmt: skip
+    """A disk at its place, with its diameter and width where they are known: else with the diameter of the solid cylinder that
+    has its mass and polar moment of inertia, and without width."""
+    outer = float(np.sqrt(8.0 * disk.polar_inertia / disk.mass)) if disk.diameter is None else disk.diameter
+    bore, half = min(replace(shaft, disks=()).diameter_at(disk.place), outer), 0.5 * (disk.width or 0.0)
+    kind = CYLINDER if disk.diameter is None else DISK
+    return Drawn(kind, disk.name, disk.place - half, disk.place + half, outer, outer, bore, bore)

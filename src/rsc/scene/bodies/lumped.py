@@ -133,7 +133,7 @@ class MatricesBody(HasStates, BodyModel):
     skew_stiffness: tuple | None = declare(
         MatrixReader(),
         None,
-        meaning="Cross-coupled stiffness S, symmetric, k_yx = -k_xy = S: K + i S in y + i z.",
+        meaning="Cross-coupled stiffness S, symmetric, k_zy = -k_yz = S: K + i S in y + i z.",
         mirror=mirror.negative,
     )
     skew_damping: tuple | None = declare(

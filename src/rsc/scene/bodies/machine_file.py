@@ -158,12 +158,12 @@ def _switched_off(table: RawTable, key: str, item: Mapping[str, Any]) -> tuple[l
 
 
 def coefficients_of(table: RawTable, key: str, raw: Any, unit: str) -> Any:
-    """[xx, xy, yx, yy] from a single number (isotropic) or from four."""
+    """[yy, yz, zy, zz] from a single number (isotropic) or from four."""
     if as_list(raw) is None:
         value = Number(unit).read(table, key, raw)
         return value, 0.0, 0.0, value
     if len(raw) != 4:
-        table.refuse(key, raw, f"a number in {DIMENSIONS[unit][0]}, or [xx, xy, yx, yy]")
+        table.refuse(key, raw, f"a number in {DIMENSIONS[unit][0]}, or [yy, yz, zy, zz]")
     return per_coordinate(table, key, raw, [Number(unit)] * 4)
 
 

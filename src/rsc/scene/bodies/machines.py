@@ -12,6 +12,7 @@ from rsc.errors import DataError, ReductionError, one_line, shown
 from rsc.scene.bodies.controls import control_content
 from rsc.scene.bodies.drawn import drawn_content
 from rsc.scene.bodies.machine_file import Machine, place_of
+from rsc.scene.bodies.part_list import part_list
 from rsc.scene.bodies.reduced import Reduction
 from rsc.scene.keys.keys import RawTable, read_table
 from rsc.scene.keys.readers import Number, as_list
@@ -134,6 +135,7 @@ def reduced(
         content["coefficients_at"] = model.speed
     if rotor:
         content |= drawn_content(stages[0][0], result.basis, touching, machine.controls)
+        content |= part_list(stages[0][0].shaft) if stages[0][0].shaft is not None else {}
     result = replace(result, model=stages[0][0], states=stages[0][1])
     return RawTable(table.file, table.name, content, table.folder), result
 

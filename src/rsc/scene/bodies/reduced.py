@@ -16,6 +16,7 @@ from rsc.scene.bodies.controls import BEARINGS_MEANING, MACHINE_BEARINGS, STATES
 from rsc.scene.bodies.controls import STATES as PLACED
 from rsc.scene.bodies.drawn import DrawnReader
 from rsc.scene.bodies.off import OFF
+from rsc.scene.bodies.part_list import BearingRowReader, PartReader, mirrored_rows
 from rsc.scene.bodies.states import HasStates, MagneticBearing
 from rsc.scene.files.matrix_files import MatrixReader, is_definite, refuse_asymmetric
 from rsc.scene.keys import mirror
@@ -31,7 +32,7 @@ AGAINST = Keyed(dict.fromkeys(("node", "against"), PLACE))
 ROTOR_PLACE = Later("a node, [node, node, fraction of the distance], or {node = ..., against = ...}", (*PLACE.forms, AGAINST))
 AMOUNT = Number("unbalance")
 UNBALANCES = Later(
-    "a list of [node, amount in kg m or a grade such as \"G 6.3\"] or [node, amount, angle in degrees]",
+    "a list of [node, amount in kg m or a grade such as \"G 6.3\" or \"G 6.3 at 3000 rpm\"] or [node, amount, angle in degrees]",
     (Sequence(Listed((NODE, AMOUNT))), Sequence(Listed((NODE, AMOUNT, Number("angle in degrees"))))),
 )
 LOADS = Later("a list of [node, [f_y, f_z] in N]", (Sequence(Listed((NODE, PairReader("force")))),))
@@ -40,7 +41,7 @@ COEFFICIENTS = Sequence(Number("stiffness")), Sequence(Number("damping"))
 _SWITCHED = {"node": NODE, "stiffness": COEFFICIENTS[0], "damping": COEFFICIENTS[1], "off": OFF}
 BEARINGS = Later(
     "a list of [node, stiffness in N/m], [node, stiffness, damping in N s/m] or {node, stiffness, damping, off = time in s}, "
-    "stiffness and damping one number or [xx, xy, yx, yy]",
+    "stiffness and damping one number or [yy, yz, zy, zz]",
     (
         Sequence(Keyed(_SWITCHED)),
         *(
@@ -287,6 +288,10 @@ class ReducedRotor(HasStates, _Reduced, RotorModel):
     nodes: tuple | None = declare(Sequence(Number("length", low=0.0)), None, meaning="Positions of the nodes of a shaft.")
     node_rows: tuple | None = declare(
         Sequence(Sequence(Number("dimensionless"))), None, meaning="Rows that give the displacement of every one of `nodes`."
+    )
+    parts: tuple | None = declare(Sequence(PartReader()), None, meaning="Mass and moments of inertia of the parts of a shaft.")
+    bearing_rows: tuple | None = declare(
+        Sequence(BearingRowReader()), None, meaning="Coefficients of the bearings of a shaft.", mirror=mirrored_rows
     )
 
     @property

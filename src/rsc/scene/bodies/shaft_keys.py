@@ -12,7 +12,12 @@ from rsc.scene.keys.keys import OPTIONAL, declare
 from rsc.scene.keys.nested import Ends, Tables
 from rsc.scene.keys.readers import Choice, Flag, Integer, Keyed, Later, Number, PairReader, Sequence, Text
 
-LENGTH, DIAMETER = Number("length", above=0.0), Number("length", low=0.0)
+METRES = "a number without a unit is in m"
+LENGTH, DIAMETER = Number("length", above=0.0, high=200.0, hint=METRES), Number("length", low=0.0, high=50.0, hint=METRES)
+OUTER = Number("length", above=0.0, high=5.0, hint=METRES)
+_WORDS = tuple((word, "bore") for word in ("inner_diameter", "bore_diameter", "id", "di")) + tuple(
+    (word, "diameter") for word in ("outer_diameter", "od", "do", "radius")
+)
 FROM_LEFT, FROM_RIGHT = (Keyed({"section": Text(), end: Number("length")}) for end in ("left", "right"))
 PLACE = Later(
     "a position: length from the left end, name of a disk or bearing, or {section = NAME, left = ...} or {..., right = ...}",
@@ -30,8 +35,8 @@ MATERIAL = Later(
     f"{_NAMED.wanted}, or {{density = \"7850 kg/m^3\", youngs_modulus = \"210 GPa\", poisson = 0.3}}", (_NAMED, _GIVEN)
 )
 _FOUR_STIFFNESSES, _FOUR_DAMPINGS = COEFFICIENTS
-STIFFNESS = Later("a number in N/m, or [xx, xy, yx, yy]", (Number("stiffness"), _FOUR_STIFFNESSES))
-DAMPING = Later("a number in N s/m, or [xx, xy, yx, yy]", (Number("damping"), _FOUR_DAMPINGS))
+STIFFNESS = Later("a number in N/m, or [yy, yz, zy, zz]", (Number("stiffness"), _FOUR_STIFFNESSES))
+DAMPING = Later("a number in N s/m, or [yy, yz, zy, zz]", (Number("damping"), _FOUR_DAMPINGS))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,9 +54,11 @@ class SectionKeys:
 
     name: str | None = declare(Text(), None, meaning="Name, for positions given relative to its ends.")
     length: float = declare(LENGTH, meaning="Length.")
-    diameter: tuple = declare(Ends(LENGTH), meaning="Outer diameter; [left, right] for a cone.")
+    diameter: tuple = declare(Ends(OUTER), meaning="Outer diameter; [left, right] for a cone.")
     bore: tuple = declare(Ends(DIAMETER), (0.0, 0.0), meaning="Inner diameter, default 0; [left, right] for a conical bore.")
     material: object = declare(MATERIAL, None, meaning="Material, if different from that of the shaft.")
+
+    called = _WORDS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,9 +67,11 @@ class SleeveKeys:
 
     at: object = declare(PLACE, meaning="Position of its left end.")
     length: float = declare(LENGTH, meaning="Length.")
-    diameter: tuple = declare(Ends(LENGTH), meaning="Outer diameter; [left, right] for a cone.")
+    diameter: tuple = declare(Ends(OUTER), meaning="Outer diameter; [left, right] for a cone.")
     bore: tuple = declare(Ends(DIAMETER), None, meaning="Inner diameter; default: that of the shaft at its left end.")
     material: object = declare(MATERIAL, None, meaning="Material, if different from that of the shaft.")
+
+    called = _WORDS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,6 +88,8 @@ class DiskKeys:
     bore: float | None = declare(DIAMETER, None, meaning="Diameter of its bore; default: that of the shaft there.")
     material: object = declare(MATERIAL, None, meaning="Material, if different from that of the shaft.")
 
+    called = _WORDS
+
 
 @dataclass(frozen=True, kw_only=True)
 class BearingKeys:
@@ -86,8 +97,8 @@ class BearingKeys:
 
     name: str | None = declare(Text(), None, meaning="Name, which can be used as a position.")
     at: object = declare(PLACE, meaning="Position of its centre.")
-    stiffness: object = declare(STIFFNESS, None, meaning="Stiffness, isotropic or [xx, xy, yx, yy].")
-    damping: object = declare(DAMPING, None, meaning="Damping, isotropic or [xx, xy, yx, yy].")
+    stiffness: object = declare(STIFFNESS, None, meaning="Stiffness, isotropic or [yy, yz, zy, zz].")
+    damping: object = declare(DAMPING, None, meaning="Damping, isotropic or [yy, yz, zy, zz].")
     table: str | None = declare(
         Text(),
         None,
@@ -115,7 +126,7 @@ class UnbalanceKeys:
 
     at: object = declare(PLACE, meaning="Position of its plane.")
     amount: object = declare(
-        Later("an amount in kg m, or a grade such as \"G 6.3\"", (Number("unbalance"), Text())),
+        Later("an amount in kg m, or a grade such as \"G 6.3\" or \"G 6.3 at 3000 rpm\"", (Number("unbalance"), Text())),
         meaning="Amount, or a balance grade for the whole rotor, which is divided if two planes have it.",
     )
     angle: float = declare(Number("angle in degrees", low=-1e6, high=1e6), 0.0, meaning="Angle ahead of the rotor's y axis.")
@@ -173,7 +184,7 @@ class ShaftRotor(_Shaft):
     states: object = declare(STATES, None, meaning=STATES_MEANING)
     unbalance: object = declare(
         Later(
-            "a list of tables {at, amount, angle}, or a grade such as \"G 6.3\" for the whole rotor",
+            "a list of tables {at, amount, angle}, or a grade such as \"G 6.3\" or \"G 6.3 at 3000 rpm\" for the whole rotor",
             (Text(), Tables(UnbalanceKeys)),
         ),
         (),

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from rsc.errors import DataError, shown
+from rsc.errors import DataError, SceneError, shown
 from rsc.machine.model.contact import Unbalance
 from rsc.machine.shaft.parts import SAME_PLACE, Disk, Material, Section, Shaft, Support, disk_inertias
 from rsc.scene.bodies.bearing_table import read_bearing_table
 from rsc.scene.bodies.controls import Control, bearing_of, placed_states
 from rsc.scene.bodies.machine_file import Machine, amount_at, coefficients_of, switched_models
 from rsc.scene.bodies.off import off_time
-from rsc.scene.bodies.shaft_keys import MATERIAL, MATERIALS, PLACE, MaterialKeys, ShaftRotor, ShaftStator, UnbalanceKeys
+from rsc.scene.bodies.shaft_keys import MATERIAL, MATERIALS, METRES, PLACE, MaterialKeys, ShaftRotor, ShaftStator, UnbalanceKeys
 from rsc.scene.bodies.states import MagneticBearing, refuse_many
 from rsc.scene.keys.keys import RawTable, read_table
 from rsc.scene.keys.nested import Item, Tables
@@ -23,6 +23,9 @@ from rsc.units import QuantityError, eccentricity_of_grade, quantity
 
 SHAFT = "the shaft of"  # start of the `origin` of a body made from a shaft
 _FROM = ("left", "right")
+FASTEST = 500.0  # m/s: no shaft is so fast at its surface
+LIGHTEST, HEAVIEST = 10.0, 30000.0  # kg/m^3, from foam to more than the heaviest metals
+METAL, SOFT = 2000.0, 1e9  # kg/m^3 and Pa: no solid so dense is softer
 
 
 class Stations:
@@ -41,6 +44,7 @@ class Stations:
             rayleigh=_rayleigh(table, values["rayleigh"]),
             shear=values["shear"],
         )
+        _refuse_fast(table, max(max(section.outer) for section in self.shaft.sections))
         numbered = list(enumerate(values["sections"]))
         self._named = {item.values["name"]: (i, item) for i, item in numbered if item.values["name"] is not None}
         self._known: dict[str, float] = {}
@@ -68,7 +72,7 @@ class Stations:
         place, table = self._place(item.table, "at", item.values["at"]), item.table
         room = self.shaft.length - place
         if item.values["length"] > room * (1.0 + SAME_PLACE):
-            table.refuse("length", table.values["length"], f"at most {room:g} m, where the shaft ends")
+            table.refuse("length", table.values["length"], f"at most {_mm(room)}, where the shaft ends")
         if item.values["bore"] is None:
             right = [one for one in self.shaft.placed if one.start <= place * (1.0 + SAME_PLACE)][-1]
             item.values["bore"] = (right.section.diameter_at(place - right.start),) * 2
@@ -98,7 +102,7 @@ class Stations:
                 table.refuse(key, raw, PLACE.wanted, error.hint or (f"names: {known}" if known else ""))
                 raise AssertionError from None
         if not -SAME_PLACE * length <= place <= length * (1.0 + SAME_PLACE):
-            table.refuse(key, raw, f"on the shaft, 0 to {length:g} m from its left end")
+            table.refuse(key, raw, f"on the shaft, 0 to {_mm(length)} from its left end", METRES if _is_number(raw) else "")
         return min(max(place, 0.0), length)
 
     def _from_section(self, table: RawTable, key: str, raw: Mapping[str, Any]) -> float:
@@ -116,7 +120,7 @@ class Stations:
     def machine(self, top: float, observers: list[Any]) -> Machine:
         """The machine of the shaft for a band up to `top` in Hz, with nodes at all positions named so far."""
         from rsc.machine.shaft.assembly import model_of
-        from rsc.machine.shaft.division import divided
+        from rsc.machine.shaft.division import TooManyNodes, divided
 
         table, values = self.table, self.values
         observed = [*(self.node(table, f"observers[{i}]", raw) for i, raw in enumerate(_listed(table, values))), *observers]
@@ -125,6 +129,10 @@ class Stations:
         try:
             made = divided(self.shaft, top, source, values["elements"])
             switched = switched_models(lambda time: model_of(self._until(time), made.nodes, source), list(self._off))
+        except TooManyNodes as error:
+            told = f"{len(self.shaft.sections)} sections, {_mm(self.shaft.length)}"
+            wanted = f"a shaft that bends in the band, up to {top:g} Hz, in fewer elements"
+            table.refuse("sections", told, wanted, f"it {error.problem}: check lengths, diameters, Young's modulus and density")
         except DataError as error:
             at = [float(f"{one.place:.6g}") for one in self.shaft.supports]
             table.refuse("bearings", at, "bearings that support the shaft", error.problem)
@@ -172,6 +180,15 @@ class Stations:
         return [Unbalance(name, amount, item.values["angle"]) for (name, item), amount in zip(named, amounts, strict=True)]
 
 
+def _mm(metres: float) -> str:
+    """A length in m as drawings have it."""
+    return f"{1e3 * metres:.6g} mm"
+
+
+def _is_number(raw: Any) -> bool:
+    return isinstance(raw, (int, float))
+
+
 def _listed(table: RawTable, values: Mapping[str, Any]) -> list[Any]:
     observers = as_list(values["observers"])
     if observers is None:
@@ -180,10 +197,10 @@ def _listed(table: RawTable, values: Mapping[str, Any]) -> list[Any]:
 
 
 def _grade(table: RawTable, key: str, raw: str) -> float:
-    """Eccentricity in m permitted by a balance grade at the largest speed of the drive."""
+    """Eccentricity in m permitted by a balance grade at the speed it names, else at the largest of the drive."""
     grade = eccentricity_of_grade(raw, table.fastest)
     if grade is None:
-        table.refuse(key, raw, "a grade such as \"G 6.3\", for a rotor that turns")
+        table.refuse(key, raw, "a grade such as \"G 6.3\" or \"G 6.3 at 3000 rpm\", for a rotor that turns")
         raise AssertionError
     return grade
 
@@ -200,8 +217,16 @@ def _material(table: RawTable, raw: Any, default: Material | None = None) -> Mat
     if raw is None and default is not None:
         return default
     if isinstance(raw, Mapping):
-        values = read_table(MaterialKeys, table.within("material", raw))
-        return Material(values["density"], values["youngs_modulus"], values["poisson"])
+        inner = table.within("material", raw)
+        values = read_table(MaterialKeys, inner)
+        density, young = values["density"], values["youngs_modulus"]
+        if density and not LIGHTEST <= density <= HEAVIEST:
+            wanted = f"0 for a massless piece, or {LIGHTEST:g} to {HEAVIEST:g} kg/m^3"
+            inner.refuse("density", raw["density"], wanted, "steel has 7850 kg/m^3 = 7.85 g/cm^3")
+        if density > METAL and young < SOFT:
+            wanted = f"at least {1e-9 * SOFT:g} GPa for a material of {density:g} kg/m^3"
+            inner.refuse("youngs_modulus", raw["youngs_modulus"], wanted, "steel has 210 GPa = 210000 MPa")
+        return Material(density, young, values["poisson"])
     if not isinstance(raw, str) or raw not in MATERIALS:
         table.refuse("material", raw, MATERIAL.wanted)
     return MATERIALS[raw]
@@ -211,7 +236,7 @@ def _section(item: Item, material: Material) -> Section:
     table, values = item.table, item.values
     for i, (bore, diameter) in enumerate(zip(values["bore"], values["diameter"], strict=True)):
         if not bore < diameter:
-            table.refuse("bore", table.values.get("bore", bore), f"less than the diameter at its {_FROM[i]} end, {diameter:g} m")
+            table.refuse("bore", table.values.get("bore", bore), f"less than the diameter at its {_FROM[i]} end, {_mm(diameter)}")
     material = _material(table, values["material"], material)
     return Section(values["length"], values["diameter"], values["bore"], material, values.get("name") or "")
 
@@ -226,7 +251,7 @@ def _disk(item: Item, place: float, shaft: Shaft, material: Material) -> Disk:
         bore = shaft.diameter_at(place) if values["bore"] is None else values["bore"]
         if not bore < values["diameter"]:
             what = "of the shaft there" if values["bore"] is None else "of its bore"
-            table.refuse("diameter", table.values["diameter"], f"more than that {what}, {bore:g} m")
+            table.refuse("diameter", table.values["diameter"], f"more than that {what}, {_mm(bore)}")
         density = _material(table, values["material"], material).density
         inertias = dict(zip(inertias, disk_inertias(values["diameter"], bore, values["width"], density), strict=True))
     else:
@@ -239,7 +264,26 @@ def _disk(item: Item, place: float, shaft: Shaft, material: Material) -> Disk:
     if inertias["polar_inertia"] > 2.0 * inertias["diametral_inertia"] * (1.0 + 1e-9):
         wanted = f"at most twice diametral_inertia, {2.0 * inertias['diametral_inertia']:g} kg m^2, the value for a thin disk"
         table.refuse("polar_inertia", inertias["polar_inertia"], wanted)
+    _refuse_wide(table, inertias, shaft.length)
     return Disk(place, **inertias, name=values["name"] or "", diameter=values["diameter"], width=values["width"])
+
+
+def _refuse_fast(table: RawTable, diameter: float) -> None:
+    """SceneError for a rotor whose shaft would burst at the largest speed of the drive."""
+    surface = np.pi * diameter * abs(table.fastest)
+    if surface > FASTEST:
+        wanted = f"so slow that the surface of the shaft, {_mm(diameter)} in diameter, moves at {FASTEST:g} m/s at most"
+        hint = f"at {table.fastest:g} Hz it has {surface:.4g} m/s: a number without a unit is in Hz, write \"9000 rpm\""
+        raise SceneError(table.file, "drive.speed", float(table.fastest), wanted, hint)
+
+
+def _refuse_wide(table: RawTable, inertias: Mapping[str, Any], length: float) -> None:
+    """SceneError for a disk whose mass is so small, or whose inertia so large, that it would be wider than the shaft is long."""
+    radius = np.sqrt(inertias["polar_inertia"] / inertias["mass"])
+    if radius > length:
+        told = f"{_mm(radius)} of {inertias['polar_inertia']:g} kg m^2: is a unit wrong?"
+        wanted = f"a mass whose radius of gyration is not larger than the length of the shaft, {_mm(length)}"
+        table.refuse("mass", table.values.get("mass"), wanted, told)
 
 
 def _refuse_overlap(values: Any, shaft: Shaft) -> None:
@@ -248,7 +292,7 @@ def _refuse_overlap(values: Any, shaft: Shaft) -> None:
     for (left, _), (right, item) in pairwise(pairs):
         least = 0.5 * ((left.width or 0.0) + (right.width or 0.0))
         if right.place - left.place < least * (1.0 - 1e-9):
-            wanted = f"at least {least:g} m from the disk at {left.place:g} m: they overlap"
+            wanted = f"at least {_mm(least)} from the disk at {_mm(left.place)}: they overlap"
             item.table.refuse("at", item.table.values["at"], wanted)
 
 

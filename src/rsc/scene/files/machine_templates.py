@@ -30,7 +30,7 @@ disks = [
 bearings = [                    # ball bearings (guess)
   {name = "drive_end", at = "135 mm", stiffness = "1.2e8 N/m", damping = "800 N s/m"},
   {name = "pump_end", at = "350 mm", stiffness = "1.5e8 N/m", damping = "800 N s/m"},
-  {name = "wear_ring_fluid", at = "535 mm", stiffness = [2e6, 6e5, -6e5, 2e6], damping = "3e3 N s/m"},  # [xx, xy, yx, yy] (guess)
+  {name = "wear_ring_fluid", at = "535 mm", stiffness = [2e6, 6e5, -6e5, 2e6], damping = "3e3 N s/m"},  # [yy, yz, zy, zz] (guess)
 ]
 unbalance = "G 6.3"             # ISO 21940-11: pumps
 gravity = 9.81
@@ -211,7 +211,7 @@ disks = [
   {name = "coupling", at = "80 mm", diameter = "600 mm", width = "120 mm"},     # (guess)
   {name = "fan", at = "2450 mm", diameter = "800 mm", width = "20 mm"},         # (guess)
 ]
-bearings = [                    # journal bearings at their speed: [xx, xy, yx, yy] (guess)
+bearings = [                    # journal bearings at their speed: [yy, yz, zy, zz] (guess)
   {name = "left", at = "475 mm", stiffness = [6e8, 2e8, -7e8, 1.2e9], damping = [4e6, -6e5, -6e5, 8e6]},
   {name = "right", at = "2725 mm", stiffness = [6e8, 2e8, -7e8, 1.2e9], damping = [4e6, -6e5, -6e5, 8e6]},
 ]

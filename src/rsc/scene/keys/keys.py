@@ -43,16 +43,19 @@ class RawTable:
         # (key, dimension) -> first number without a unit and first text with another unit, each with its position
         self._met: dict[tuple[str, str], dict[type, tuple[str, object]]] = {}
         self.read: list[Values] = []  # values read from this table and from those inside it
+        self.place = ""  # the table in words, where its name counts from 0
 
-    def within(self, place: str, values: Mapping[str, Any]) -> "RawTable":
-        """A table inside this one, at a place such as "disks[0]", whose keys must be used as well."""
+    def within(self, place: str, values: Mapping[str, Any], told: str = "") -> "RawTable":
+        """A table inside this one, at a place such as "disks[0]", whose keys must be used as well; told: that place in words."""
         inner = RawTable(self.file, f"{self.name}.{place}", values, self.folder)
+        inner.place = told or (self.place and f"{self.place}, {place}")
         inner.fastest, inner.duration, inner.read = self.fastest, self.duration, self.read
         return inner
 
     def refuse(self, key: str, value: object, wanted: str, hint: str = "") -> NoReturn:
         """Raise the SceneError for one key of this table."""
-        raise SceneError(self.file, one_line(f"{self.name}.{key}"), shown(value), wanted, one_line(hint))
+        place = one_line(f"{self.place}, {key}") if self.place else ""
+        raise SceneError(self.file, one_line(f"{self.name}.{key}"), shown(value), wanted, one_line(hint), place)
 
     def compare_units(self, place: str, raw: Any, dimension: str) -> None:
         """Refuse a plain number in a list, at a place such as "speed[0]", together with a text in another unit."""
@@ -110,9 +113,11 @@ def known_keys(section: type) -> tuple[str, ...]:
 
 def _hint(section: type, key: str, names: tuple[str, ...], elsewhere: Callable[[str], str] | None) -> str:
     """Hint for an unknown key: its new name, the closest name, or where it belongs."""
-    renamed = dict(getattr(section, "renamed", ()))
+    renamed, called = (dict(getattr(section, name, ())) for name in ("renamed", "called"))
     if key in renamed:
         return f"since version 0.2.0 it is called {renamed[key]}"
+    if key in called:
+        return f"it is called {called[key]}"
     hint, place = nearest(key, names), elsewhere(key) if elsewhere else ""
     if place:
         return f"{hint} As it is, {place}" if hint.startswith(MEANT) else place
@@ -127,7 +132,8 @@ def read_table(section: type, table: RawTable, elsewhere: Callable[[str], str] |
     section : type
         Dataclass with fields made by `declare`; an optional attribute ``one_of`` lists groups
         ``(names, default)`` of keys that exclude each other; default is None (one must be given), OPTIONAL or
-        (name, value); ``renamed`` has pairs (old key, new key).
+        (name, value); ``renamed`` has pairs (old key, new key), ``called`` (word that
+        people try, key).
     table : RawTable
         The raw table.
     elsewhere : callable, optional
@@ -173,4 +179,4 @@ def read_table(section: type, table: RawTable, elsewhere: Callable[[str], str] |
 
 def _title(section: type, table: RawTable) -> str:
     model = getattr(section, "model", None)
-    return f"[{table.name}]" + (f" with model \"{model}\"" if model else "")
+    return (table.place or f"[{table.name}]") + (f" with model \"{model}\"" if model else "")

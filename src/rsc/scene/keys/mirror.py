@@ -62,10 +62,10 @@ def schedule(corners: list[list[float]]) -> list[list[float]]:
 
 
 def by_speed(items: list[Any]) -> list[Any]:
-    """Mirror [coordinate, [[speed, [xx, xy, yx, yy], ...], ...]] of every speed-dependent support."""
+    """Mirror [coordinate, [[speed, [yy, yz, zy, zz], ...], ...]] of every speed-dependent support."""
     return [[place, [[0.0 - speed, *supports([[0, *parts]])[0][1:]] for speed, *parts in knots[::-1]]] for place, knots in items]
 
 
 def supports(items: list[Any]) -> list[Any]:
-    """Mirror [coordinate, [xx, xy, yx, yy], ...] of every support."""
-    return [[place, *([xx, 0.0 - xy, 0.0 - yx, yy] for xx, xy, yx, yy in parts)] for place, *parts in items]
+    """Mirror [coordinate, [yy, yz, zy, zz], ...] of every support."""
+    return [[place, *([yy, 0.0 - yz, 0.0 - zy, zz] for yy, yz, zy, zz in parts)] for place, *parts in items]

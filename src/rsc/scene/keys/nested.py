@@ -8,6 +8,8 @@ from rsc.scene.keys.keys import RawTable, Values, known_keys, read_table
 from rsc.scene.keys.readers import MAX_COORDINATES, Number, as_list
 from rsc.units import DIMENSIONS
 
+MOST_NAME = 40  # characters of a name in a message
+
 
 class Item(NamedTuple):
     """One table of a list and the values of its keys."""
@@ -37,9 +39,16 @@ class Tables:
         for i, values in enumerate(parts):
             if not isinstance(values, Mapping):
                 table.refuse(f"{key}[{i}]", values, f"a table {{{', '.join(known_keys(self.section))}}}")
-            nested = table.within(f"{key}[{i}]", values)
+            nested = table.within(f"{key}[{i}]", values, _told(table, key, i, values))
             read.append(Item(nested, read_table(self.section, nested)))
         return tuple(read)
+
+
+def _told(table: RawTable, key: str, i: int, values: Mapping[str, Any]) -> str:
+    """The table number i of a list as people count them: "rotor.disks, disk 2 (impeller)"."""
+    name = values.get("name")
+    called = f" ({name[:MOST_NAME]})" if isinstance(name, str) and name else ""
+    return f"{table.name}.{key}, {key.removesuffix('s')} {i + 1}{called}"
 
 
 @dataclass(frozen=True)

@@ -62,12 +62,12 @@ class Number:
 
 @dataclass(frozen=True)
 class Eccentricity(Number):
-    """A length, or a balance grade, taken at the largest speed of the drive (`rsc.units.eccentricity_of_grade`)."""
+    """A length, or a balance grade at its speed, by default the largest of the drive (`rsc.units.eccentricity_of_grade`)."""
 
     @property
     def wanted(self) -> str:
         """The allowed forms in words."""
-        return f"{super().wanted}, or for a rotor that turns a balance grade such as \"G 6.3\""
+        return f"{super().wanted}, or for a rotor that turns a balance grade such as \"G 6.3\" or \"G 6.3 at 3000 rpm\""
 
     def read(self, table: RawTable, key: str, raw: Any) -> float:
         """The length in m."""

@@ -57,6 +57,7 @@ class Drive:
 
     forms = (PRESCRIBED, SCHEDULE, DRIVEN, TRIPPED)
     one_of = exclusive(forms)
+    called = tuple((word, 'speed = ["0 rpm", "9000 rpm"]') for word in ("start", "end", "from", "to", "start_speed", "end_speed"))
 
     @classmethod
     def along(cls, time: Sequence[float], speed: Sequence[float]) -> "Drive":

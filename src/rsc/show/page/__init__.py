@@ -116,7 +116,7 @@ def _body(report, title, figures, orbits):
         '<input type="range" id="cursor" min="0" max="1" value="0"><output id="readout" for="cursor"></output></section>'
         '<section class="live"><div class="grid2"><div id="orbit" role="img" aria-label="orbit of the rotor at the cursor"></div>'
         '<div id="spectrum" role="img" aria-label="spectrum at the cursor"></div></div></section>'
-        f"{_section('Machine', _machine(figures['Machine'], report.modes.shapes))}"
+        f"{_section('Machine', _machine(report, figures['Machine']))}"
         f"<section><h2>Frequencies</h2>{figures['Frequencies']}</section>"
         f"<section><h2>Amplitude</h2>{figures['Amplitude']}</section>"
         f"<section><h2>Predicted whirls: where they begin, end and jump</h2>{sections.whirls(report)}</section>"
@@ -133,9 +133,9 @@ def _body(report, title, figures, orbits):
     )
 
 
-def _machine(figures, has_shapes):
-    """The drawing of the rotor and its mode shapes, which a button sets in motion."""
-    return figures + (SHAPES if has_shapes else "")
+def _machine(report, figures):
+    """The rotor in numbers, its drawing, and its mode shapes, which a button sets in motion."""
+    return sections.machine(report) + figures + (SHAPES if report.modes.shapes else "")
 
 
 def _section(title, content):

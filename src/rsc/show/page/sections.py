@@ -10,6 +10,7 @@ from rsc.measure.stretches import at_contacts
 from rsc.measure.words import TOLERANCES
 from rsc.show.words.answer import least_friction
 from rsc.show.words.limits import SOURCE, limits_cells, limits_lines
+from rsc.show.words.machine import machine_lines, machine_tables
 from rsc.show.words.motions import claim, motions_cells, only_predicted, rolling_lines
 from rsc.show.words.reasons import note_of_change
 from rsc.show.words.table import in_units
@@ -17,6 +18,17 @@ from rsc.show.words.text import LEDGER, at_lead, branches_cells, run_text, windo
 from rsc.show.words.wording import frequency_text, length, sentence_in_units, speed_text
 
 HASHED = 64
+# what stands in the columns of tables
+WHIRLS = (
+    '<p class="soft">From the begin of a branch to its end: whirl, its frequency, negative against the rotation; |r|/gap, radius '
+    "of the rotor's orbit at the contact over the clearance; growth, the rate at which a small disturbance grows, negative where "
+    "it dies away and the whirl is stable.</p>"
+)
+WINDOWS = (
+    '<p class="soft">Sections of the run, {word} ({short}) and predicted (pred). Lengths over the gap{at}: |r|, radius of the '
+    "rotor's orbit at the contact; 1X, its line at the rotor speed. Whirl: frequency, negative against the rotation; - where "
+    "there is none.</p>"
+)
 
 
 def table(header, rows, kind=""):
@@ -32,10 +44,20 @@ def answers(lines):
     return "<dl>" + "".join(f"<dt>{escape(topic)}</dt><dd>{escape(text)}</dd>" for topic, text in lines) + "</dl>"
 
 
+def machine(report):
+    """The rotor in numbers, "" of one that was not given by its stations."""
+    scene = report.result.scene
+    if not getattr(scene.rotor, "parts", None):
+        return ""
+    tables = [f"<h3>{title}</h3>{table(header, rows)}" for title, header, rows in machine_tables(scene)]
+    return answers(machine_lines(scene, report.criticals)) + "".join(tables)
+
+
 def whirls(report):
     """Where each predicted whirl begins and ends, and where the run changes from one to another."""
-    header, rows = branches_cells(report.branches, report.contact.gap)
-    parts = [table(header, rows, "wrap") if rows else "<p>No whirl that slides is predicted over the speeds of the run.</p>"]
+    header, rows = branches_cells(report.branches, report.contact)
+    none = "<p>No whirl that slides is predicted over the speeds of the run.</p>"
+    parts = [table(header, rows, "wrap") + WHIRLS if rows else none]
     parts += [f"<p>{escape(text)}</p>" for text in rolling_lines(report.motions)]
     for change in report.transitions:
         names = f"{change.before or 'no whirl'} to {change.after or 'no whirl'}"
@@ -69,7 +91,8 @@ def limits(report):
 def windows(report, most=60):
     """Simulated or measured values compared with predicted ones, by window."""
     header, rows = window_cells(report, most)
-    return f"<p>Lengths over the gap{escape(at_lead(report))}.</p>{table(header, rows, 'wrap')}"
+    about = WINDOWS.format(at=escape(at_lead(report)), word=report.word, short=header[2].split()[1])
+    return f"{about}{table(header, rows, 'wrap')}"
 
 
 def assumptions(report):
@@ -79,7 +102,7 @@ def assumptions(report):
     rows = [
         *(_of_simulation(report) if summary else [("runout", _runout(report), "taken off with measured.slow_roll")]),
         (
-            "line smeared by the run-up",
+            "1X lowered as the speed changes within a window",
             f"{100.0 * spectra.sweep_loss(rate, fall.window):.2g} % of its amplitude",
             f"windows of {fall.window:.3g} s at {rate:.3g} Hz/s",
         ),
@@ -111,7 +134,7 @@ def _of_simulation(report):
     return [
         ("error of a step", f"{summary.rtol:.2g} of the gap ({length(summary.rtol * gap)})", "chosen by solver.rtol"),
         ("energy that is not accounted for", f"{lost:.1e} of the turnover", f"expected below {LEDGER * summary.rtol:.0e}"),
-        ("contact pressed in", pressed_in, "a real one holds little"),
+        ("penetration of the contact", pressed_in, "a real one holds little"),
     ]
 
 

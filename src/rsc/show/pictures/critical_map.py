@@ -6,7 +6,7 @@ import numpy as np
 
 from rsc.analysis.alone.critical_map import CriticalMap, MappedBearing
 from rsc.errors import one_line
-from rsc.show.pictures.traces import BLUE, GREEN, ORANGE, PURPLE, RED, SKY, axes, dots, line
+from rsc.show.pictures.traces import BLUE, GREEN, ORANGE, PURPLE, RED, SKY, axes, dots, in_units, line
 from rsc.show.words.table import table
 from rsc.show.words.units import column
 from rsc.show.words.wording import amount
@@ -54,4 +54,4 @@ def critical_speeds(made: CriticalMap) -> dict[str, Any]:
                 inside = (bearing.speed >= low) & (bearing.speed <= high)
                 data.append(dots(bearing.stiffness[inside], bearing.speed[inside], name, colour, size=4) | {"showlegend": False})
     x = {"title": "stiffness of the bearings in N/m", "type": "log", "range": [made.stiffness.min(), made.stiffness.max()]}
-    return {"data": data, "layout": axes(x, {"title": "rotor speed in Hz", "type": "log", "range": [low, high]}, 460)}
+    return in_units({"data": data, "layout": axes(x, {"title": "rotor speed in Hz", "type": "log", "range": [low, high]}, 460)})

@@ -17,37 +17,45 @@ HALF = 0.012  # of the length: half of a bearing or of a piece of the stator
 HATCHES = 4
 PALE = "29"  # opacity of an area, as the last two digits of its colour
 STYLES = {SLEEVE: ("sleeve", GREY, "dash"), DISK: ("disk", BLUE, "solid"),
-          CYLINDER: ("disk, as the cylinder of its inertias", BLUE, "dash")}  # fmt: skip
+          CYLINDER: ("disk, diameter of its polar inertia", BLUE, "dash")}  # fmt: skip
+THIN = 0.004  # of the length: half of a disk whose width is not known
 
 
 def drawing(scene: Any) -> dict[str, Any] | None:
     """Description of the drawing of a rotor; None of one that was not given by its stations.
 
-    True to scale along the axis and across it, each with a scale of its own. Bearings stand on the ground below the shaft. Pieces
-    of the stator at contacts and clearances are not to scale; their gaps stand beside them.
+    True to scale along the axis and across it, each with a scale of its own. Bearings stand on the ground below the shaft. Disks
+    of unknown width are thin. Pieces of the stator at contacts and clearances are not to scale; their gaps stand beside them.
     """
     parts: Sequence[Drawn] = getattr(scene.rotor, "drawn", None) or ()
     if not parts:
         return None
-    solid = [part for part in parts if part.kind not in (BEARING, CONTACT, PLACE)]
-    reach, widest = max(part.end for part in parts), 0.5 * max(max(part.left, part.right) for part in solid)
+    span = min(part.start for part in parts), max(part.end for part in parts)
+    reach = span[1] - span[0]
+    solid = [_seen(part, THIN * reach) for part in parts if part.kind not in (BEARING, CONTACT, PLACE)]
+    widest = 0.5 * max(max(part.left, part.right) for part in solid)
     bearings = [part for part in parts if part.kind == BEARING]
     gaps = _gaps(scene, parts)
     above = [(part.name, 0.5 * (part.start + part.end), 0.5 * part.left) for part in solid if part.kind in (DISK, CYLINDER)]
     above += [(f"{name} {length(gap)}", place, radius) for name, place, radius, gap, _ in gaps]
     below = [(part.name or BEARING, part.start, 0.5 * part.left) for part in bearings]
-    upper, lower = (_rows([one for one in named if one[0]], reach) for named in (above, below))
+    upper, lower = (_rows([one for one in named if one[0]], span) for named in (above, below))
     pixel = 2.0 * widest / BODY  # in m
     data = [trace for part in solid for trace in _solid(part)]
     data += [trace for part in bearings for trace in _bearing(part, HALF * reach, pixel)]
     for gap in gaps:
         data += _stator(gap, HALF * reach, pixel)
     rows = [1 + max((row for *_, row in named), default=-1) for named in (upper, lower)]
-    data += _names(upper, widest + EDGE * pixel, ROW * pixel, reach) + _names(lower, -widest - EDGE * pixel, -ROW * pixel, reach)
+    data += _names(upper, widest + EDGE * pixel, ROW * pixel) + _names(lower, -widest - EDGE * pixel, -ROW * pixel)
     ends = [-widest - (1.5 * EDGE + ROW * rows[1]) * pixel, widest + (1.5 * EDGE + ROW * rows[0]) * pixel]
-    x = {"title": "from the left end in mm", "range": [-MARGIN * reach * MM, (1.0 + MARGIN) * reach * MM]}
+    x = {"title": "from the left end in mm", "range": [MM * (span[0] - MARGIN * reach), MM * (span[1] + MARGIN * reach)]}
     y = {"title": "radius in mm", "range": [MM * end for end in ends]}
     return {"data": named_once(data), "layout": axes(x, y, BODY + 3 * EDGE + ROW * sum(rows) + 58)}
+
+
+def _seen(part: Drawn, half: float) -> Drawn:
+    """A part as it is drawn: a disk of unknown width is twice `half` wide."""
+    return part if part.end > part.start else part._replace(start=part.start - half, end=part.end + half)
 
 
 def _gaps(scene: Any, parts: Sequence[Drawn]) -> list[tuple[str, float, float, float, str]]:
@@ -110,20 +118,21 @@ def _stator(gap: tuple[str, float, float, float, str], half: float, pixel: float
 Row = tuple[str, float, float, float, int]  # name, its middle, place and radius of what it names, number of its row
 
 
-def _rows(named: Sequence[tuple[str, float, float]], reach: float) -> list[Row]:
-    """Names in as few rows as let none of them overlap in a narrow picture."""
-    letter, ends = (1.0 + 2.0 * MARGIN) * reach * LETTER / NARROW, list[float]()
+def _rows(named: Sequence[tuple[str, float, float]], span: tuple[float, float]) -> list[Row]:
+    """Names in as few rows as let none of them overlap in a narrow picture; span: first and last position of the rotor."""
+    reach, ends = span[1] - span[0], list[float]()
+    letter, low, high = (1.0 + 2.0 * MARGIN) * reach * LETTER / NARROW, span[0] - MARGIN * reach, span[1] + MARGIN * reach
     placed = []
     for name, place, radius in sorted(named, key=lambda one: one[1]):
         half = 0.5 * letter * (len(name) + 1)
-        middle = min(max(place, half - MARGIN * reach), max((1.0 + MARGIN) * reach - half, 0.5 * reach))
+        middle = min(max(place, low + half), max(high - half, 0.5 * (low + high)))
         row = next((i for i, end in enumerate(ends) if end <= middle - half), len(ends))
         ends[row : row + 1] = [middle + half]
         placed.append((name, middle, place, radius, row))
     return placed
 
 
-def _names(placed: Sequence[Row], base: float, step: float, reach: float) -> list[dict[str, Any]]:
+def _names(placed: Sequence[Row], base: float, step: float) -> list[dict[str, Any]]:
     """Names with thin lines to what they name, in rows from `base` outwards."""
     if not placed:
         return []

@@ -4,6 +4,7 @@ Colours are near those of Okabe and Ito, which colour-blind readers tell apart, 
 """
 
 import base64
+import itertools
 
 import numpy as np
 
@@ -44,15 +45,12 @@ def axes(x, y, height, **more):
 
 
 def in_units(picture):
-    """A description whose axes of Hz, and the traces along them, are in the unit that is chosen for frequencies."""
-    factor, unit = column("Hz")
-    if unit == "Hz":
-        return picture
+    """A description whose axes of Hz or N/m, and the traces along them, are in the units that are chosen for these."""
     data, layout = [dict(trace) for trace in picture["data"]], dict(picture["layout"])
-    for letter in "xy":
-        axis = dict(layout[f"{letter}axis"])
-        title, hertz, sign = axis["title"].partition(" in Hz")
-        if not hertz:
+    for letter, base in itertools.product("xy", ("Hz", "N/m")):
+        axis, (factor, unit) = dict(layout[f"{letter}axis"]), column(base)
+        title, in_base, sign = axis["title"].partition(f" in {base}")
+        if not in_base or unit == base:
             continue
         layout[f"{letter}axis"] = axis | {"title": f"{title} in {unit}{sign}"}
         if "range" in axis:

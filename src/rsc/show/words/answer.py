@@ -20,6 +20,7 @@ from rsc.show.words.clearances import touching, watched_text
 from rsc.show.words.compared import compared_answer
 from rsc.show.words.held import outcomes_text
 from rsc.show.words.limits import limits_summary
+from rsc.show.words.reasons import percent
 from rsc.show.words.verdict import coverage_text, size_text, verdict_text
 from rsc.show.words.vibration import approach_text, vibration_text
 from rsc.show.words.wording import (
@@ -36,6 +37,7 @@ from rsc.show.words.wording import (
 
 COLUMNS = 100
 MOST_CHANGES = 3
+RELIABLE = 0.2  # share by which the friction is below the least one that something lasts with: less is within what is known of it
 OTHERS = (Kind.FORWARD_RUB, Kind.PARTIAL_RUB, Kind.RESTING, Kind.TRANSIENT)
 
 
@@ -204,7 +206,7 @@ def _changes(report):
 def _end(report):
     """What the run ends in, and how far a predicted whirl that it follows goes."""
     last = len(report.features.kind) - 1
-    kind, speed = report.features.kind[last], report.fall.speed[last]
+    kind, speed = report.features.kind[last], report.speeds[last]
     name = report.features.names[last] if report.lead else kind
     text = f"{name}, at a rotor speed of {frequency_text(speed)}" if report.lead else f"{kind} at {frequency_text(speed)}"
     branch = next((b for b in report.branches if b.label == report.windows[last].branch), None)
@@ -240,7 +242,7 @@ def _others(report):
     """Motions that last after an impact, predicted motions not reached, and the coverage, for each list."""
     lines = []
     for listed in report.motions:
-        others = others_of(listed, report.features, report.fall.speed.tolist())
+        others = others_of(listed, report.features, report.speeds.tolist())
         at = f"at {frequency_text(listed.speed)}"
         if others:
             lines.append(("after an impact", f"{at}: {' or '.join(_motion(motion, listed) for motion in others)}"))
@@ -264,11 +266,32 @@ def least_friction(listed):
         return f"{at} the least friction with which a whirl lasts is not known: that is computed for one contact only yet"
     whirl = _whirls_from(listed)
     if not listed.mu_min < listed.mu_whirl and not (listed.mu_min >= 0.0 and math.isnan(listed.mu_whirl)):
-        return f"{at} {whirl}"
+        return f"{at} {whirl}{_margin(listed)}{_not_counted(listed)}"
     return (
         f"{at} a large enough motion runs away, as contact.diameter is not given, with a friction of {listed.mu_min:.3g} or more "
-        f"({frequency_text(listed.mu_min_frequency)}); {whirl} within a depth of one gap"
+        f"({frequency_text(listed.mu_min_frequency)}); {whirl} within a depth of one gap{_margin(listed)}{_not_counted(listed)}"
     )
+
+
+def _margin(listed):
+    """How far the friction of the scene is below the least one: known to a fifth at best, it must be far below."""
+    if not listed.friction < listed.mu_min:
+        return ""
+    share = 1.0 - listed.friction / listed.mu_min
+    small = ": do not rely on so small a margin" if share < RELIABLE else ""
+    return f"; the scene's {listed.friction:.3g} is {percent(share)} below{small}"
+
+
+def _not_counted(listed):
+    """Predicted backward whirls that do not count in the least friction, where the friction of the scene is below that."""
+    below = not listed.friction >= listed.mu_min
+    names = [
+        f"{whirl_name(one.label)} ({frequency_text(one.frequency)})"
+        for one in listed.not_reached
+        if below and not one.possible and one.frequency * listed.speed < 0.0
+    ]
+    verb = "would have to slide backwards and does" if len(names) == 1 else "would have to slide backwards and do"
+    return f"; {' and '.join(names)} {verb} not count" if names else ""
 
 
 def _whirls_from(listed):

@@ -5,6 +5,7 @@ import numpy as np
 from rsc.measure.stretches import at_contacts
 from rsc.show.words.reasons import percent
 from rsc.show.words.units import largest_finite
+from rsc.show.words.vibration import left_text
 from rsc.show.words.wording import amount, length, vibration
 
 MOST_NAMES = 3  # of motions of one kind that differ in their contacts
@@ -18,12 +19,11 @@ def contact_lines(report, moment):
         whole, largest = own.whole(), largest_finite(report.contacts[contact.name].peak_to_peak)
         text = f"vibration up to {vibration(largest)}; "
         if whole.contact_time == 0.0:
-            share = percent(whole.deflection_max / contact.gap)
-            lines.append((contact.name, f"{text}closest approach {share} of the clearance, never touched"))
+            lines.append((contact.name, f"{text}never touched, {left_text(whole.deflection_max, contact.gap)} left"))
             continue
         depth = max(whole.deflection_max - contact.gap, 0.0)
         force = f"{amount(whole.force_max, 'N')} normal at {moment(whole.force_max_at)}"
-        text += f"pressed in by up to {length(depth)}, {percent(depth / contact.gap)} of the clearance; up to {force}"
+        text += f"penetration up to {length(depth)}, {percent(depth / contact.gap)} of the clearance; up to {force}"
         lines.append((contact.name, f"{text}; in contact for {_percent(whole.share)} of the run"))
     return lines
 

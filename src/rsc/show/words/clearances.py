@@ -3,6 +3,7 @@
 import math
 
 from rsc.show.words.reasons import percent
+from rsc.show.words.vibration import left_text
 from rsc.show.words.wording import vibration
 
 
@@ -33,8 +34,10 @@ def watched_text(scene, stretches):
 
     texts, rows = [], watched(scene, stretches)
     for i, row in enumerate(sorted(rows, key=urgency)):
-        text = f"{row['name']} {percent(row['over_gap'])} of its clearance, {vibration(row['peak_to_peak'])}"
-        if row["passed"] is not None:
-            text += f", touched {'first ' if i == 0 and len(rows) > 1 else ''}at {row['passed']:.4g} s"
-        texts.append(text)
+        if row["passed"] is None:
+            text = f"{left_text(row['largest'], row['gap'])} left"
+        else:
+            text = f"touched {'first ' if i == 0 and len(rows) > 1 else ''}at {row['passed']:.4g} s"
+            text += f", deflection up to {percent(row['over_gap'])} of the clearance"
+        texts.append(f"{row['name']} {text}, {vibration(row['peak_to_peak'])}")
     return "; ".join(texts)

@@ -3,7 +3,7 @@
 import math
 
 from rsc.errors import one_line
-from rsc.show.words.table import table
+from rsc.show.words.table import exact, table
 from rsc.show.words.wording import frequency_text
 
 
@@ -43,7 +43,8 @@ def _directions(impulses):
     for direction, ahead, impulse, velocity, frequency, motion, at in zip(*columns, strict=True):
         angles = f"{direction:g}", "-" if math.isnan(ahead) else f"{ahead:.0f}"
         if motion:
-            rows.append((*angles, f"{impulse:.4g}", f"{velocity:.4g}", f"{frequency:.2f}", f"{motion} at {at}" if at else motion))
+            rate = exact(f"{frequency:.2f}", frequency)
+            rows.append((*angles, f"{impulse:.4g}", f"{velocity:.4g}", rate, f"{motion} at {at}" if at else motion))
         else:
             rows.append((*angles, f"> {impulses.largest:.4g}", "-", "-", "no whirl"))
     return table(header, rows)

@@ -3,7 +3,7 @@
 import math
 
 from rsc.errors import one_line
-from rsc.show.words.table import table
+from rsc.show.words.table import exact, table
 from rsc.show.words.wording import frequencies_text, frequency_text, hertz, rpm, vibration
 
 HEADER = ("peak Hz", "rpm", "peak to peak", "amplification", "margin", "needed", "")
@@ -61,4 +61,5 @@ def _row(peak):
     needed = "-" if not known else "outside" if math.isinf(peak.needed) else f"{100.0 * peak.needed:.3g} %"
     margin = f"{100.0 * peak.margin:.3g} %" if peak.margin else "inside"
     verdict = "kept" if peak.kept else "not kept" if known else "-"
-    return f"{hertz(peak.speed)}", rpm(peak.speed), vibration(peak.amplitude), amplification, margin, needed, verdict
+    speed = exact(hertz(peak.speed), peak.speed)
+    return speed, rpm(peak.speed), vibration(peak.amplitude), amplification, margin, needed, verdict

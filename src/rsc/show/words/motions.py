@@ -9,7 +9,7 @@ from rsc.measure.severity import coverage_of, verdict_of
 from rsc.show.words.answer import COLUMNS, least_friction
 from rsc.show.words.clearances import touching
 from rsc.show.words.held import held_text
-from rsc.show.words.table import table
+from rsc.show.words.table import exact, table
 from rsc.show.words.units import VIBRATION, column
 from rsc.show.words.verdict import beyond_text, coverage_text, verdict_text
 from rsc.show.words.wording import amount, frequency_text, hertz, motion_name, speed_text, whirl_name
@@ -40,12 +40,12 @@ def rolling_lines(lists):
     """A line on each motion of some lists that rolls or is predicted to: branches over the speed are of whirls that slide."""
     lines = []
     for listed in lists:
-        at = f"Rolling at a rotor speed of {hertz(listed.speed)} Hz"
+        at = f"Rolling at a rotor speed of {frequency_text(listed.speed)}"
         known = [motion for motion in listed.motions if motion.predicted is not None and motion.predicted.label == "roll"]
         for motion in known:
             size = beyond_text(motion.border) or amount(motion.force_max, "N")
             large = f"|r| {motion.amplitude_max / listed.gap:.2f} gaps"
-            lines.append(f"{at}: {hertz(motion.frequency)} Hz, {large}, {size}; it lasts.")
+            lines.append(f"{at}: {frequency_text(motion.frequency)}, {large}, {size}; it lasts.")
         others = [one for one in listed.not_reached if one.label == "roll"]
         lines += [f"{at}: {predicted_text(one, listed.gap)}; no run ended there." for one in others]
     return lines
@@ -57,7 +57,7 @@ def motions_cells(listed):
     if listed.largest_at:
         places = [f"{name}: |d|/gap, N, % in contact" for name in listed.largest_at]
     else:
-        places = ["|r|/gap", f"{um} p-p", "pressed in/gap", "force N"]
+        places = ["|r|/gap", f"{um} p-p", "penetration/gap", "force N"]
     header = ("frequency Hz", *places, "torque N m", "power W", "starts %", "impact N s", "motion")
     rows = []
     for motion in listed.motions:
@@ -71,7 +71,7 @@ def motions_cells(listed):
         cells += [_known(motion.torque, beyond), _known(motion.power, beyond)]
         impact = "-" if math.isnan(motion.smallest_impulse) else f"{motion.smallest_impulse:.3g}"
         share = "-" if math.isnan(motion.share) else f"{100.0 * motion.share:.0f}"
-        rate = "-" if endless or math.isnan(motion.frequency) else hertz(motion.frequency)
+        rate = "-" if endless or math.isnan(motion.frequency) else exact(hertz(motion.frequency), motion.frequency)
         words = motion_name(motion) + (", modulated" if motion.modulated else "")
         words += f", {touching(motion.touches)}" if motion.touches else ""
         if motion.predicted is not None:

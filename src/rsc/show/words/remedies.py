@@ -3,7 +3,8 @@
 import math
 
 from rsc.errors import one_line
-from rsc.show.words.wording import amount, hertz, motion_name
+from rsc.show.words.verdict import beyond_text
+from rsc.show.words.wording import amount, frequency_text, motion_name
 
 DRY = 0.05  # friction of about the slipperiest surfaces without a lubricating film
 
@@ -13,7 +14,7 @@ def remedies_text(remedies, title=""):
     `rsc.study.motions.remedy.Remedies`."""
     head = [one_line(title), ""] if title else []
     harmful = ", ".join(map(_motion, remedies.harmful))
-    lines = [*head, f"at {hertz(remedies.speed)} Hz: {harmful or 'no backward motion lasts, no remedy needed'}"]
+    lines = [*head, f"at {frequency_text(remedies.speed)}: {harmful or 'no backward motion lasts, no remedy needed'}"]
     if remedies.harmful:
         lists = f"a list with {remedies.starts} random impacts has no backward motion that lasts"
         none = "no remedy found: one value alone is not enough"
@@ -23,8 +24,8 @@ def remedies_text(remedies, title=""):
         lines.append(f"  {_changed(own)}; remains: {kept}")
     lines += ["does not help, even changed as far as here:"] if remedies.others else []
     for own in remedies.others:
-        kept = ", ".join(map(_motion, own.remains)) or "no change of it could be simulated"
-        lines.append(f"  {_changed(own)}: {kept}")
+        kept = ", ".join(map(_motion, own.remains))
+        lines.append(f"  {_changed(own)}: {kept}" if kept else f"  {own.name}: no change of it could be simulated")
     if remedies.interrupted:
         lines.append("remark: interrupted; other values were not examined")
     return "\n".join(lines)
@@ -40,6 +41,7 @@ def _changed(own):
 
 
 def _motion(motion):
-    """A motion that does harm, with its rate and force."""
-    rate = "" if math.isnan(motion.frequency) else f"{hertz(motion.frequency)} Hz, "
-    return f"{motion_name(motion)} ({rate}{amount(motion.force_max, 'N')})"
+    """A motion that does harm, with its rate, and its force where the model holds for it."""
+    rate = "" if math.isnan(motion.frequency) else f"{frequency_text(motion.frequency)}, "
+    size = "without a bound" if not motion.bounded else beyond_text(motion.border) or amount(motion.force_max, "N")
+    return f"{motion_name(motion)} ({rate}{size})"

@@ -28,7 +28,7 @@ def _of_whirl(sensitivity, k):
         note = "" if sensitivity.good[i, k] else "not resolved: the whirl ends close by"
         cells = [f"{number:+.4g}" for number in numbers]
         rows.append((sensitivity.name[i], f"{sensitivity.value[i]:.5g}", sensitivity.unit[i], *cells, note))
-    header = ("by 1 % of", "now", "in", "Psi Hz", "|r| m", "F_N N", "growth 1/s", "")
+    header = ("by 1 % of", "now", "in", "whirl Hz", "|r| m", "F_N N", "growth 1/s", "")
     pressed = f" of {' and '.join(sensitivity.pressed[k])}" if sensitivity.pressed[k] else ""
     whirl = f"whirl {frequency_text(sensitivity.whirl[k], '.4f')}{pressed} at {frequency_text(sensitivity.speed, 'g')}"
     return f"{whirl} changes\n{table(header, rows)}"

@@ -1,7 +1,7 @@
 """Whirls at several contacts as a table for people."""
 
 from rsc.show.words.held import loads_text
-from rsc.show.words.table import table
+from rsc.show.words.table import exact, table
 from rsc.show.words.text import claim
 from rsc.show.words.wording import frequency_text, not_valid, sentence_in_units
 
@@ -9,11 +9,11 @@ from rsc.show.words.wording import frequency_text, not_valid, sentence_in_units
 def several_text(whirls, speed, remarks=(), loads=()):
     """Table of the whirls of a scene with several contacts at one rotor speed in Hz (`rsc.SeveralWhirls`), remarks on them in
     words, and what each takes from a drive with a torque (`rsc.system.held`)."""
-    header = ("speed Hz", "Psi Hz", "growth 1/s", "stable", "not valid", "pressed: |d|/gap, F_N, phase; others: |d|/gap")
+    header = ("speed Hz", "whirl Hz", "growth 1/s", "stable", "not valid", "pressed: |d|/gap, F_N, phase; others: |d|/gap")
     rows = [
         (
-            f"{whirl.speed:.4g}",
-            f"{whirl.frequency:.4f}",
+            exact(f"{whirl.speed:.4g}", whirl.speed),
+            exact(f"{whirl.frequency:.4f}", whirl.frequency),
             f"{whirl.growth_rate:+.4g}",
             claim(whirl),
             not_valid(whirl),

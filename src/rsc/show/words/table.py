@@ -4,9 +4,22 @@ import re
 
 from rsc.show.words.units import column
 
-_UNIT = re.compile(r"(?:^| )(Hz|N|N s|N m|W|m/s|m|kg|J)$")  # of SI, at the end of a header
+_UNIT = re.compile(r"(?:^| )(Hz|N|N s|N m|N/m|N s/m|W|m/s|mm|m|kg|kg m\^2|J)$")  # of SI, at the end of a header
 _NUMBER = re.compile(r"[+-]?\d+(?:\.\d*)?(?:e[+-]?\d+)?")
 LEAST_DIGITS = 4
+
+
+class Exact(str):
+    """The text of a cell with the numbers (tuple of float) in it as they were before rounding, for other units."""
+
+    numbers: tuple[float, ...] = ()
+
+
+def exact(text, *numbers):
+    """An `Exact`."""
+    cell = Exact(text)
+    cell.numbers = numbers
+    return cell
 
 
 def table(header, rows):
@@ -37,10 +50,11 @@ def _scaled(cell, factor):
     """A cell whose numbers are other ones by a factor, with as many digits."""
     if factor == 1.0:
         return cell
+    known = iter(getattr(cell, "numbers", ()))
 
     def scaled(match):
         digits = len(re.sub(r"e.*|\D", "", match[0]).lstrip("0"))
-        value, sign = factor * float(match[0]), "+" if match[0][0] == "+" else ""
+        value, sign = factor * next(known, float(match[0])), "+" if match[0][0] == "+" else ""
         digits = max(digits, LEAST_DIGITS)
         return f"{value:{sign}.0f}" if 10.0 ** (digits - 1) <= abs(value) < 1e9 else f"{value:{sign}.{digits}g}"
 

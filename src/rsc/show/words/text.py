@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from rsc.errors import one_line
 from rsc.measure.several import together
 from rsc.measure.words import NO_WHIRL
@@ -11,9 +13,10 @@ from rsc.show.words.clearances import touching, watched_text
 from rsc.show.words.held import loads_text
 from rsc.show.words.motions import motions_text
 from rsc.show.words.reasons import note, note_of_change
-from rsc.show.words.table import table
+from rsc.show.words.table import exact, table
 from rsc.show.words.units import column, shown_as_in
 from rsc.show.words.wording import cause_text, event_text, frequency_text, length, not_valid, sentence_in_units
+from rsc.system.border import DEEPEST
 
 # rows of windows that a table shows at most; --json has them all
 MOST_ROWS = 24
@@ -30,8 +33,8 @@ def _report_text(report):
     """The same with the tables."""
     gap = report.contact.gap
     title = one_line(report.result.scene.title)
-    lines = [answer_text(report), "", title, "", "predicted whirls", branches_text(report.branches, gap), ""]
-    about = f"windows of {report.fall.window:.3g} s; lengths over the gap{at_lead(report)}{_other_psi()}"
+    lines = [answer_text(report), "", title, "", "predicted whirls", branches_text(report.branches, report.contact), ""]
+    about = f"windows of {report.fall.window:.3g} s; lengths over the gap{at_lead(report)}"
     lines += [f"{report.word} and predicted ({about})"]
     lines += [table(*window_cells(report, MOST_ROWS)), ""]
     for change in report.transitions:
@@ -52,12 +55,6 @@ def _report_text(report):
     return "\n".join([*lines, *map(sentence_in_units, report.remarks), *notes(report)])
 
 
-def _other_psi():
-    """The unit of Psi in the table of windows, where it is not Hz."""
-    unit = column("Hz")[1]
-    return "" if unit == "Hz" else f"; Psi in {unit}"
-
-
 def notes(report):
     """The warnings of a report that are not part of its answer (which starts with those of measured signals)."""
     told = set(report.result.warnings) if report.result.summary is None else set()
@@ -71,21 +68,23 @@ def at_lead(report):
 
 def window_cells(report, most):
     """Header and text rows of at most `most` windows, simulated and predicted; lengths over the gap."""
-    gap, (per_hertz, _) = report.contact.gap, column("Hz")
+    gap = report.contact.gap
     every = max(1, math.ceil(len(report.windows) / most))
     word = {"simulated": "sim", "measured": "meas"}[report.word]
-    columns = [(f"{name} {word}", f"{name} pred", "diff %") for name in ("Psi", "|r|", "1X")]
+    quantities = ("whirl", " Hz"), ("|r|", ""), ("1X", "")
+    columns = [(f"{name} {word}{unit}", f"{name} pred{unit}", "diff %") for name, unit in quantities]
     header = ("speed Hz", "whirl", *columns[0], *columns[1], *columns[2][:2], "")
     body = []
     for frequency, amplitude, synchronous in report.windows[::every]:
+        whirls = frequency.verdict != NO_WHIRL  # without one the strongest line beside 1X is no whirl's
         body.append(
             (
-                f"{frequency.speed:.2f}",
+                exact(f"{frequency.speed:.2f}", frequency.speed),
                 frequency.branch or "-",
-                _number(per_hertz * frequency.simulated, ".3f"),
-                _number(per_hertz * frequency.predicted, ".3f"),
+                exact(_number(frequency.simulated, ".3f"), frequency.simulated) if whirls else "-",
+                exact(_number(frequency.predicted, ".3f"), frequency.predicted),
                 _number(100 * frequency.difference, "+.2f"),
-                _number(amplitude.simulated / gap, ".4f"),
+                _number(amplitude.simulated / gap, ".4f") if whirls else "-",
                 _number(amplitude.predicted / gap, ".4f"),
                 _number(100 * amplitude.difference, "+.2f"),
                 _number(synchronous.simulated / gap, ".4f"),
@@ -105,26 +104,62 @@ def _verdict(frequency, synchronous):
     return f"{frequency.verdict} ({why})" if why else frequency.verdict
 
 
-def branches_text(branches, gap):
+def branches_text(branches, contact):
     """Table of the predicted branches: range, size, where and why they begin and end, events between."""
-    header, rows = branches_cells(branches, gap)
+    header, rows = branches_cells(branches, contact)
     return table(header, rows) if rows else "none"
 
 
-def branches_cells(branches, gap):
-    """Header and rows of texts of the predicted branches."""
+def branches_cells(branches, contact):
+    """Header and rows of texts of the predicted branches; contact: that of the scene to which their sizes refer.
+
+    Where a branch begins and ends its speed and frequency are located; size and growth are those of its first and last sample.
+    """
     names = list(branches[0].at_contacts) if branches else []
     sizes = ["at", *(f"{name}: |d|/gap, N" for name in names)] if names else ["|r|/gap"]
-    header = ("whirl", "speed Hz", "Psi Hz", *sizes, "growth 1/s", "begin and end; between")
+    header = ("whirl", "speed Hz", "whirl Hz", *sizes, "growth 1/s", "begin and end; between")
     rows = []
     for b in branches:
-        spans = [(b.frequency, 1.0), (b.growth_rate, 1.0), (b.amplitude, gap)]
-        psi, growth, size = (_span(values[0] / unit, values[-1] / unit) for values, unit in spans)
-        cells = [psi, *([together(b.pressed), *branch_cells(b)] if names else [size]), growth]
+        deep = [] if names else [place for place, is_deep in zip((0, -1), _too_deep(b, contact)[[0, -1]], strict=True) if is_deep]
+        frequency, growth = _span(b.begin.frequency, b.end.frequency), _ends(b.growth_rate, deep)
+        size = _ends(b.amplitude / contact.gap, deep)
+        cells = [frequency, *([together(b.pressed), *branch_cells(b)] if names else [size]), growth]
         between = "".join(f"; {event_text(event)}" for event in b.events)
+        between += "" if names else _beyond(b, contact)
         ends = f"{cause_text(b.begin.cause)} to {cause_text(b.end.cause)}{between}{_touched(b)}"
         rows.append((b.label, _span(b.begin.value, b.end.value), *cells, ends))
     return header, rows
+
+
+def _too_deep(branch, contact):
+    """(n,) whether a whirl of the branch penetrates deeper than the model holds for (`rsc.system.border`)."""
+    return branch.normal_force > DEEPEST * contact.stiffness * contact.gap
+
+
+def _ends(values, deep):
+    """The first and the last value, but for those that lie beyond the model (places 0 and -1)."""
+    first, last = ("beyond" if place in deep else f"{values[place]:.5g}" for place in (0, -1))
+    return first if first == last else f"{first} .. {last}"
+
+
+def _beyond(branch, contact):
+    """Over which speeds a branch is beyond the model, "" where it is nowhere."""
+    deep = _too_deep(branch, contact)
+    if not deep.any():
+        return ""
+    if deep.all():
+        return "; beyond the model: penetration deeper than the gap"
+    edges = [_crossing(branch, contact, i) for i in np.flatnonzero(np.diff(deep))]
+    where = " and ".join(f"{'above' if deep[i + 1] else 'below'} {frequency_text(at, '.3g')}"
+                         for i, at in zip(np.flatnonzero(np.diff(deep)), edges, strict=True))  # fmt: skip
+    return f"; beyond the model {where}: penetration deeper than the gap"
+
+
+def _crossing(branch, contact, i):
+    """Speed between samples i and i + 1 at which the penetration is the gap; its reciprocal is linear beside a pole."""
+    share = DEEPEST * contact.stiffness * contact.gap / branch.normal_force[i : i + 2]
+    first, last = branch.speed[i : i + 2]
+    return float(first + (last - first) * (1.0 - share[0]) / (share[1] - share[0]))
 
 
 def _touched(branch):
@@ -132,27 +167,34 @@ def _touched(branch):
     texts = []
     for name in dict.fromkeys(name for names in branch.touches for name in names):
         speeds = branch.speed[[name in names for names in branch.touches]]
-        texts.append(f"; touches {name} {'at' if len(speeds) == 1 else 'from'} {_span(speeds.min(), speeds.max())} Hz")
+        texts.append(f"; touches {name} {'at' if len(speeds) == 1 else 'from'} {_speeds(speeds.min(), speeds.max())}")
     return "".join(texts)
 
 
 def _span(a, z):
-    return f"{a:.5g}" if f"{a:.5g}" == f"{z:.5g}" else f"{a:.5g} .. {z:.5g}"
+    return exact(f"{a:.5g}", a) if f"{a:.5g}" == f"{z:.5g}" else exact(f"{a:.5g} .. {z:.5g}", a, z)
+
+
+def _speeds(a, z):
+    """One or two rotor speeds in Hz in their unit."""
+    factor, unit = column("Hz")
+    return f"{_span(factor * a, factor * z)} {unit}"
 
 
 def survey_text(survey):
     """Branches, forward rubs, attractors at the ends of the run, and delayed jumps."""
     gap = survey.scene.contact.gap
-    lines = [one_line(survey.scene.title), "", "backward whirls over the run", branches_text(survey.branches, gap)]
+    own = branches_text(survey.branches, survey.scene.contact)
+    lines = [one_line(survey.scene.title), "", "backward whirls over the run", own]
     for place in survey.ratios:
         lines.append(
             f"whirl {place.label} holds against {place.towards} {place.holds} {frequency_text(place.speed, '.4f')}: "
-            f"there its normal force is {place.ratio:.4f} of the other's (mirror share {place.mirror_share:.2g})"
+            f"there its normal force is {place.ratio:.4f} of the other's (sideband part {place.mirror_share:.2g})"
         )
     for rub in survey.rubs:
         state, ends = stable_stretches(rub), f"{cause_text(rub.begin.cause)} to {cause_text(rub.end.cause)}"
         lines.append(
-            f"forward rub {_span(rub.begin.speed, rub.end.speed)} Hz ({ends}), {state}, "
+            f"forward rub {_speeds(rub.begin.speed, rub.end.speed)} ({ends}), {state}, "
             f"|r|/gap up to {rub.amplitude.max() / gap:.4f}"
         )
     for label, delay in survey.delays.items():
@@ -203,7 +245,7 @@ def stable_stretches(rub):
     for words, holds in claims:
         if not holds.any():
             continue
-        spans = " and ".join(f"{_span(*stretch)} Hz" for stretch in rub.stretches(holds))
+        spans = " and ".join(_speeds(*stretch) for stretch in rub.stretches(holds))
         parts += [f"{words} {spans}"] if spans else []
     return ", ".join(parts)
 
@@ -212,7 +254,7 @@ def _attractors(motions, gap):
     header = ("frequency Hz", "|r|/gap", "growth 1/s", "motion")
     rows = [
         (
-            f"{m.frequency:.4f}",
+            exact(f"{m.frequency:.4f}", m.frequency),
             f"{m.amplitude / gap:.4f}",
             f"{m.growth_rate:+.4g}",
             f"{m.kind}, {'stable' if m.stable else _unclaimed(m.growth_rate, m.touches)}",
@@ -225,11 +267,12 @@ def _attractors(motions, gap):
 def whirls_text(whirls, gap, remarks=(), ratios=(), loads=()):
     """Table of the predicted whirls at one speed, remarks on them in words (`rsc.analysis.survey.remarks`), the force ratios of
     their pairs (`rsc.analysis.follow.force_ratio`), and what each takes from a drive with a torque (`rsc.system.held`)."""
-    header = ("speed Hz", "Psi Hz", "|r|/gap", "|s|/gap", "F_N N", "growth 1/s", "stable", "1X/gap", "2Psi-1X/gap", "not valid")
+    sizes = "|r|/gap", "|s|/gap", "F_N N"
+    header = ("speed Hz", "whirl Hz", *sizes, "growth 1/s", "stable", "1X/gap", "sideband/gap", "not valid")
     rows = [
         (
-            f"{w.speed:.4g}",
-            f"{w.frequency:.4f}",
+            exact(f"{w.speed:.4g}", w.speed),
+            exact(f"{w.frequency:.4f}", w.frequency),
             f"{w.rotor_amplitude / gap:.4f}",
             f"{w.stator_amplitude / gap:.4f}",
             f"{w.normal_force:.4g}",
@@ -257,11 +300,11 @@ def claim(whirl):
 
 
 def _ratios(ratios):
-    header = ("whirl Hz", "towards Hz", "F_N ratio", "least", "mirror share", "")
+    header = ("whirl Hz", "towards Hz", "F_N ratio", "least", "sideband part", "")
     rows = [
         (
-            f"{r.frequency:.4f}",
-            f"{r.towards:.4f}",
+            exact(f"{r.frequency:.4f}", r.frequency),
+            exact(f"{r.towards:.4f}", r.towards),
             f"{r.ratio:.4f}",
             f"{r.least:.4f}",
             f"{r.mirror_share:.2g}",

@@ -11,12 +11,14 @@ from rsc.show.words.wording import amount, frequencies_text, frequency_number, f
 MEANINGS = {
     Severity.SAFE: "no lasting contact was found",
     Severity.UNKNOWN: "too little settled to tell",
+    Severity.AT_RISK: "a motion in contact can last once something starts it; no impact that was tried did",
     Severity.RUB: "contact that wears and heats, without a whirl",
     Severity.WHIRL: "a self-excited whirl: stop the machine and remove its cause",
     Severity.DESTRUCTIVE: "no machine survives it",
 }
 
 
+NOT_TOUCHED = "no impact that was tried reached the gap"
 ON_RACE = "a whirl on the inner race, as after a drop: let the rotor run down"
 PASSING = "contact that ends by itself, without a whirl"
 
@@ -24,6 +26,9 @@ PASSING = "contact that ends by itself, without a whirl"
 def meaning_of(verdict):
     """What the severity of a verdict means."""
     run, impact, severity = verdict.run, verdict.impact, verdict.severity
+    tried = [one for one in verdict.coverage if one.impacts]
+    if severity == Severity.UNKNOWN and tried and not any(one.touched for one in tried):
+        return NOT_TOUCHED
     if run is None or (impact and impact.hits and impact.severity == severity):
         return MEANINGS[severity]
     if severity == Severity.WHIRL and run.on_race:
@@ -65,13 +70,24 @@ def _impact(verdict):
     if impact is None:
         tried = sum(one.impacts for one in verdict.coverage)
         return [f"None of {tried} impacts started {'another' if verdict.run and verdict.run.touched else 'a'} motion in contact "
-                f"({coverage_text(verdict.coverage)})."]  # fmt: skip
+                f"({coverage_text(verdict.coverage)}).", *_not_reached(verdict)]  # fmt: skip
     at = f"At {frequency_text(impact.speed)}"
     if not impact.hits:
         size = "" if impact.motion == Kind.RUNNING_AWAY else beyond_text(impact.border, ", beyond the model: ")
-        return [f"{at} none of {impact.impacts} impacts started {_motion(impact)}{size}, which lasts once it is started."]
+        text = f"{at} none of {impact.impacts} impacts started {_motion(impact)}{size}, which lasts once it is started"
+        return [f"{text}; {_count(impact.touched, impact.impacts)} impacts touched.", *_not_reached(verdict)]
     text = f"{at} an impact starts {_motion(impact)}: {impact.hits} of {impact.impacts} impacts did"
     return [f"{text}{_smallest(impact)}.", *_machine(impact)]
+
+
+def _not_reached(verdict):
+    """The whirl that is predicted to last and that no run ended in."""
+    if verdict.not_reached is None:
+        return []
+    speed, whirl = verdict.not_reached.speed, verdict.not_reached.whirl
+    sense = "backward" if whirl.frequency * speed < 0.0 else "forward"
+    text = f"At {frequency_text(speed)} a {sense} whirl of {frequency_text(whirl.frequency)} is predicted"
+    return [f"{text} to be stable, but no run ended in it." if whirl.stable else f"{text} that only a long run would leave."]
 
 
 def _motion(impact):
@@ -90,7 +106,8 @@ def _smallest(impact):
         return ""
     other = "" if one.motion is None or impact.starts == impact.motion else f" (which starts {impact.starts})"
     at = f" at {one.contact}" if one.contact else " at the contact"
-    return f"; the smallest found has {amount(one.impulse, 'N s')}, {amount(one.velocity, 'm/s')}{at}{other}, an upper bound"
+    size = f"{amount(one.impulse, 'N s')}, {amount(one.velocity, 'm/s')}{at}, {one.over_touching:.2g} times what just touches"
+    return f"; the smallest found has {size}{other}, an upper bound"
 
 
 def _machine(impact):
@@ -151,15 +168,21 @@ def coverage_text(coverage):
     return "; ".join(_covered(one) for one in coverage)
 
 
+def _count(some, count):
+    """How many of some impacts, in words."""
+    return f"all {count}" if some == count > 0 else f"{some or 'none'} of {count}"
+
+
 def _covered(one):
     at = f"at {frequency_text(one.speed)}"
     if one.impacts == 0:
         return f"{at} no impacts were tried"
-    unsettled = f", {one.unsettled} of them not settled" if one.unsettled else ""
+    unsettled = f", {one.unsettled} of them had not settled" if one.unsettled else ""
+    text = f"{at} {_count(one.touched, one.impacts)} impacts touched{unsettled}"
     if one.excluded == 1.0:
-        return f"{at} {one.impacts} impacts{unsettled}, which exclude nothing"
+        return f"{text}, which excludes nothing"
     share = math.ceil(1e3 * one.excluded) / 10.0
     return (
-        f"{at} {one.impacts} impacts{unsettled}: with 95 % confidence any one motion that is not listed is started by fewer "
-        f"than {share:.3g} % of all impacts"
+        f"{text}: with 95 % confidence any one motion that is not listed is started by fewer than {share:.3g} % of the impacts "
+        "that touch"
     )

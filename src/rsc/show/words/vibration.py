@@ -53,10 +53,15 @@ def _window(report, i):
 
 
 def approach_text(report):
-    """How much of the clearance is taken at most, or how far the contact is pressed in."""
+    """How much of the clearance is left at least, or the largest penetration; with the moment."""
     whole, gap = report.stretches.whole(), report.contact.gap
     at = moment(report, whole.deflection_max_at)
     if whole.contact_time == 0.0:
-        return f"{percent(whole.deflection_max / gap)} of the clearance, at {at}"
+        return f"{left_text(whole.deflection_max, gap)} left, at {at}"
     depth = max(whole.deflection_max - gap, 0.0)
-    return f"touches; pressed in by up to {length(depth)}, {percent(depth / gap)} of the clearance, at {at}"
+    return f"touches; penetration up to {length(depth)}, {percent(depth / gap)} of the clearance, at {at}"
+
+
+def left_text(deflection, gap):
+    """What is left of a clearance in m at a deflection."""
+    return f"{length(max(gap - deflection, 0.0))} ({percent(1.0 - deflection / gap)}) of the clearance of {length(gap)}"

@@ -187,5 +187,5 @@ def where(report, places):
         spans = [f"{max(fall.time[p[0]] - half, 0.0):.3g} to {fall.time[p[-1]] + half:.3g} s" for p in shown]
         text = speed_text(fall.speed[0]) + ("" if whole else f", {' and '.join(spans)}")
     else:
-        text = " and ".join(speed_range(fall.speed[p]) for p in shown)
+        text = " and ".join(speed_range(report.speeds[p]) for p in shown)
     return text + (" and between" if len(pieces) > MOST_STRETCHES else "")

@@ -82,6 +82,7 @@ class _Looked:
             impulse=abs(self.impulse),
             direction=float(np.angle(self.impulse, deg=True)) % 360.0,
             velocity=abs(self.impulse) * float(search.changes[self._place] @ contact.rotor),
+            over_touching=abs(self.impulse) / search.sizes.touching(self._place, np.angle([self.impulse]))[0],
             below=self.below,
             directions=DIRECTIONS,
             motion=self.motion,

@@ -4,14 +4,12 @@ import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from math import tau as TWO_PI
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rsc.analysis.follow.least_friction import least_frictions
-from rsc.analysis.paper.receptance import along
-from rsc.arguments import FLAG, FUNCTION, REAL, SCENE, SPEED, WHOLE, optional, takes
+from rsc.arguments import FLAG, FUNCTION, IMPULSE, SCENE, SPEED, WHOLE, optional, takes
 from rsc.errors import SceneError, SolverError
 from rsc.measure.catalogue import LastingMotion, Motions, Predicted
 from rsc.measure.final import described
@@ -21,6 +19,7 @@ from rsc.simulation.run import InitialState
 from rsc.study.motions.assumed import assumed_rolls
 from rsc.study.motions.candidates import candidates, several_candidates
 from rsc.study.motions.impact import with_smallest
+from rsc.study.motions.random_impacts import ImpactSizes, read_largest
 from rsc.study.motions.release import with_held
 from rsc.study.motions.settle import End, Settling, same, shown
 from rsc.study.run.start import initial_state
@@ -37,10 +36,9 @@ IMPULSE_DIRECTIONS, IMPULSE_SIZES, HALVINGS = 8, np.geomspace(0.01, 1.0, 25), 6
 # of a steady motion on a prediction whose small motions grow: e-foldings to wait for, blocks that this may take; and the growth
 # that is rounding, in parts of the slowest frequency
 DEPART, MOST_BLOCKS, ROUNDING = 7.0, 600, 1e-6
-FAST = 10.0  # largest impulse: the contact point then is so much faster than on a free vibration as large as the gap
 
 
-@takes(scene=SCENE, speed=optional(SPEED), starts=WHOLE, seed=WHOLE, smallest=FLAG, largest=optional(REAL),
+@takes(scene=SCENE, speed=optional(SPEED), starts=WHOLE, seed=WHOLE, smallest=FLAG, largest=optional(IMPULSE),
        threads=optional(WHOLE), note=FUNCTION)
 def motions(
     scene: Scene,
@@ -49,7 +47,7 @@ def motions(
     *,
     seed: int = 0,
     smallest: bool = False,
-    largest: float | None = None,
+    largest: float | str | None = None,
     threads: int | None = None,
     note: Callable[[int, int], object] = lambda ended, of: None,
 ) -> Motions:
@@ -67,14 +65,15 @@ def motions(
         Also with its unit: "3000 rpm".
         Default: the first speed of the scene.
     starts : int
-        Random impacts: sizes evenly from 0 to `largest`, in every direction alike.
+        Random impacts in every direction alike, sizes evenly from what just touches (where that is above `largest` from 0) to
+        `largest`.
     seed : int
         Of the impacts; the same seed gives the same list on any number of threads.
     smallest : bool
         Look for the smallest impulse that starts each motion as well, in eight directions; several contacts are hit one by one.
-    largest : float, N s, optional
-        By default the contact point becomes ten times as fast as on the rotor's slowest free vibration with the gap as its
-        amplitude.
+    largest : float or str, N s, optional
+        Also with its unit: "10 N s".
+        Default: ten times the impulse by which a rotor in the centre of the gap just touches.
     threads : int, optional
     note : callable, called with the number of runs that have ended, and how many there are so far
 
@@ -100,10 +99,11 @@ def motions(
     backward whirl, sliding: -60.7 Hz, 275 N
     no contact: nan Hz, 0 N
     """
-    refuse_starts(starts, seed, largest, threads)
+    refuse_starts(starts, seed, threads)
+    size = read_largest(largest)
     value = scene.drive.speed[0] if speed is None else float(speed)
     forward = scene.steady(value)
-    search = Search(forward.mirrored() if value < 0.0 else forward, abs(value), largest, threads, note)
+    search = Search(forward.mirrored() if value < 0.0 else forward, abs(value), size, threads, note)
     listed = with_smallest(search, search.motions(starts, seed, smallest))
     listed = listed.mirrored() if value < 0.0 else with_held(search, listed, scene)
     if listed.interrupted:
@@ -140,9 +140,10 @@ class Search:
         self.scene, self.system, self.speed = self.settling.scene, self.settling.system, speed
         self.candidates = (candidates if len(self.system.contacts) == 1 else several_candidates)(self.system, speed)
         self.base, self.base_turns = self._base()
-        # at each contact: change of the velocities by 1 N s, and largest impulse in N s
+        # at each contact: change of the velocities by 1 N s
         self.changes = [np.linalg.solve(self.system.rotor.mass, contact.rotor) for contact in self.system.contacts]
-        self.largest = [float(largest) if largest else self._largest(j) for j in range(len(self.changes))]
+        self.sizes = ImpactSizes(self.settling, largest)
+        self.largest = self.sizes.largest
 
     def _base(self) -> tuple[InitialState, float]:
         """The motion that is hit, and the turns of the shaft there."""
@@ -161,17 +162,16 @@ class Search:
                 raise
             return initial_state(self.scene.with_values({"start.centre": True}), self.system)
 
-    def _largest(self, j: int) -> float:
-        """The default of the largest impulse at contact j, N s."""
-        slowest, contact = TWO_PI * self.settling.slowest, self.system.contacts[j]
-        return FAST * slowest * contact.gap / float(along(self.changes[j], contact.rotor))
-
     def ends(
-        self, starts: Sequence[InitialState], turns: Sequence[float] | None = None, known: Sequence[End] = ()
+        self,
+        starts: Sequence[InitialState],
+        turns: Sequence[float] | None = None,
+        known: Sequence[End] = (),
+        until_quiet: bool = False,
     ) -> list[End]:
-        """Where runs from some states end."""
+        """Where runs from some states end, as `Settling.ends`."""
         self._asked += len(starts)
-        return self.settling.ends(starts, turns, known)
+        return self.settling.ends(starts, turns, known, until_quiet)
 
     def after(
         self, impulses: NDArray[np.complex128], places: Sequence[int] | None = None, known: Sequence[End] = ()
@@ -188,9 +188,8 @@ class Search:
     def motions(self, starts: int, seed: int, smallest: bool = False) -> Motions:
         """The list, see `motions`."""
         rng = np.random.default_rng(seed)
-        places, n = np.arange(starts) % len(self.largest), len(self.largest)
-        impulses = np.array(self.largest)[places] * rng.uniform(size=starts) * np.exp(2j * np.pi * rng.uniform(size=starts))
-        random = self.after(impulses, places.tolist())
+        (impulses, places), n = self.sizes.random(starts, rng), len(self.largest)
+        random = self.after(impulses, places)
         predicted = self.ends([candidate.state for candidate in self.candidates])
         groups = _grouped([*random, *predicted], self.settling.gaps)
         if not self.settling.interrupted:
@@ -220,12 +219,14 @@ class Search:
             runs=self.settling.runs,
             impulse=impulses[: len(random), None].view(float).reshape(-1, 2),
             ended=np.array(ended, dtype=int),
+            touched=np.array([end.touched for end in random], dtype=bool),
             mu_min=least.value if least else math.nan,
             mu_min_frequency=least.frequency if least else math.nan,
             mu_whirl=whirl.value if whirl else math.nan,
             mu_whirl_frequency=whirl.frequency if whirl else math.nan,
             interrupted=self.settling.interrupted,
             largest_at=dict(zip((one.name for one in self.system.contacts), self.largest, strict=True)) if n > 1 else {},
+            friction=self.scene.contact.friction if n == 1 else math.nan,
             assumed=assumed_rolls(self.scene, self.speed, lasting),
         )
 
@@ -312,7 +313,9 @@ class Search:
     def as_listed(self, group: list[End]) -> LastingMotion:
         """A group of ends as a motion; its share and smallest impact are not known yet."""
         own = shown(group)
-        own = self._quieted(own) if own.motion.kind == Kind.NO_CONTACT else own  # it may still decay
+        if own.motion.kind == Kind.NO_CONTACT:  # it may still decay
+            own = self._quieted(own)
+            group.append(own)
         told = described(own.motion, self.scene)
         forces = [at.facts.force_max for at in own.motion.everywhere]
         return LastingMotion(
@@ -326,13 +329,15 @@ class Search:
 
     def _quieted(self, end: End) -> End:
         """An end without contact once its free vibrations no longer add to the vibration that the unbalance leaves."""
+        before = math.inf
         for _ in range(QUIET_RUNS):
-            more = self.ends([end.state], [end.turns])
+            more = self.ends([end.state], [end.turns], until_quiet=True)
             if not more or more[0].motion.kind != end.motion.kind:
                 return end
-            before, end = end.motion.facts.peak_to_peak, more[0]
+            end = more[0]
             if end.motion.facts.peak_to_peak > (1.0 - QUIET) * before:
                 return end
+            before = end.motion.facts.peak_to_peak
         return end
 
     def _prediction(self, end: End) -> Predicted | None:
@@ -381,14 +386,12 @@ def _beside(end: End, rng: np.random.Generator) -> tuple[InitialState, float]:
     return beside, end.turns
 
 
-def refuse_starts(starts: int, seed: int, largest: float | None, threads: int | None) -> None:
-    """SolverError for numbers of starts, a seed, a largest impulse in N s or numbers of threads that cannot be."""
+def refuse_starts(starts: int, seed: int, threads: int | None) -> None:
+    """SolverError for numbers of starts, a seed or numbers of threads that cannot be."""
     if not 0 <= starts <= MOST_STARTS:
         raise SolverError(f"starts = {starts!r}: must be a whole number from 0 to {MOST_STARTS}")
     if seed < 0:
         raise SolverError(f"seed = {seed!r}: must be a whole number from 0")
-    if largest is not None and not 1e-12 <= largest <= 1e12:
-        raise SolverError(f"largest = {largest!r}: must be an impulse from 1e-12 to 1e+12 N s")
     refuse_threads(threads)
 
 

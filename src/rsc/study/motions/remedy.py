@@ -11,7 +11,7 @@ import numpy as np
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.several.predict import predict_several
-from rsc.arguments import FUNCTION, SCENE, SPEED, WHOLE, optional, takes
+from rsc.arguments import FUNCTION, IMPULSE, SCENE, SPEED, WHOLE, optional, takes
 from rsc.errors import RscError, SceneError
 from rsc.measure.catalogue import LastingMotion, Motions
 from rsc.measure.kinds import BACKWARD, Kind
@@ -19,6 +19,7 @@ from rsc.presented import Brief
 from rsc.scene.scene import Scene
 from rsc.scene.values import physical_values, with_entries
 from rsc.study.motions.motions import STARTS, Search, refuse_starts
+from rsc.study.motions.random_impacts import read_largest
 from rsc.study.motions.settle import End, shown
 from rsc.system.assemble import assemble
 
@@ -102,13 +103,15 @@ def harmful_of(listed: Motions) -> list[LastingMotion]:
     return [motion for motion in listed.motions if motion.motion in HARMFUL]
 
 
-@takes(scene=SCENE, speed=optional(SPEED), starts=WHOLE, seed=WHOLE, threads=optional(WHOLE), note=FUNCTION)
+@takes(scene=SCENE, speed=optional(SPEED), starts=WHOLE, seed=WHOLE, largest=optional(IMPULSE), threads=optional(WHOLE),
+       note=FUNCTION)
 def remedy(
     scene: Scene,
     speed: float | str | None = None,
     starts: int = STARTS,
     *,
     seed: int = 0,
+    largest: float | str | None = None,
     threads: int | None = None,
     note: Callable[[int, int], object] = lambda ended, of: None,
 ) -> Remedies:
@@ -130,6 +133,8 @@ def remedy(
         Random impacts of each list.
     seed : int
         Of these impacts.
+    largest : float or str, N s, optional
+        Of these impacts, as in `rsc.motions`; by default what that is for each changed machine.
     threads : int, optional
     note : callable, called with the number of runs that have ended, and how many there are so far
 
@@ -144,7 +149,7 @@ def remedy(
     SceneError
         A speed that no drive may have.
     SolverError
-        A number of starts that cannot be.
+        A number of starts or an impulse that cannot be.
 
     Examples
     --------
@@ -153,12 +158,13 @@ def remedy(
     ...     print(f"{remedy.name} times {remedy.factor:.2f}")
     contact.friction times 0.37
     """
-    refuse_starts(starts, seed, None, threads)
+    refuse_starts(starts, seed, threads)
+    size = read_largest(largest)
     value = scene.drive.speed[0] if speed is None else float(speed)
     forward = scene.steady(value)
     if value < 0.0:
         forward, value = forward.mirrored(), -value
-    remedies = _Remedying(forward, value, starts, seed, threads, note).remedies()
+    remedies = _Remedying(forward, value, starts, seed, size, threads, note).remedies()
     if remedies.interrupted:
         error = KeyboardInterrupt("interrupted: the remedies found until then are kept")
         error.result = remedies  # type: ignore[attr-defined]
@@ -185,9 +191,11 @@ class _Remedying:
     """The search for remedies of a scene at one speed."""
 
     def __init__(
-        self, scene: Scene, speed: float, starts: int, seed: int, threads: int | None, note: Callable[[int, int], object]
+        self, scene: Scene, speed: float, starts: int, seed: int, largest: float | None, threads: int | None,
+        note: Callable[[int, int], object],
     ) -> None:
-        self._scene, self._speed, self._starts, self._seed, self._threads = scene, speed, starts, seed, threads
+        self._scene, self._speed, self._starts, self._seed = scene, speed, starts, seed
+        self._largest, self._threads = largest, threads
         self._note, self._ended, self._interrupted = note, 0, False
 
     def remedies(self) -> Remedies:
@@ -229,7 +237,7 @@ class _Remedying:
             self._ended = before + ended
             self._note(self._ended, before + of)
 
-        return Search(scene, speed, None, self._threads, told)
+        return Search(scene, speed, self._largest, self._threads, told)
 
     def _border(self, lever: _Lever) -> float:
         """Factor nearest to 1 from which on, for a while, no backward whirl is predicted to last; NaN for none."""

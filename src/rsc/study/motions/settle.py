@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from rsc.analysis.alone.clear import Clear
 from rsc.analysis.alone.free_vibration import free_vibrations
 from rsc.analysis.paper.receptance import coupled_frequencies, uncoupled_frequencies
 from rsc.measure.kinds import SELF_EXCITED, Kind, Motion, motion_of, of_contacts, parts_of
@@ -37,7 +38,8 @@ GROWS, FAR = 1.02, 20.0  # from block to block, and in gaps, of a motion that ru
 # ends are one motion within these shares of frequency and of |r|; where it is not steady within the second ones
 SAME_STEADY, SAME_RESTLESS = (0.01, 0.05), (0.05, 0.3)
 RECOGNISED = 2  # last blocks that must each be a known motion, for a run that need not settle again
-ATTEMPTS, MOST_STEPS = 2_000, 20_000_000  # steps between two looks at a run, and of a run at most
+ATTEMPTS = 2_000  # steps between two looks at a run
+MOST_STEPS = 20_000_000  # of a run at most, over the number of coordinates: by so much a step takes longer
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,7 @@ class End:
     motion : Motion of the last blocks; steady : bool; settled : bool, the kind at least does not change any more; a run that was
         stopped before has the motion that it was in
     state : InitialState, turns : float, of the shaft, in which it stands; time : float s, that the run took
+    touched : bool, whether there was any contact in the run
     """
 
     motion: Motion
@@ -55,6 +58,7 @@ class End:
     state: InitialState
     turns: float
     time: float
+    touched: bool
 
 
 class Settling:
@@ -83,16 +87,24 @@ class Settling:
         self.gaps = [contact.gap for contact in self.system.contacts]
         self.stretch = self.block / STRETCHES
         self._packed = packed_for_shots(self.system, self.scene.solver, self.stretch)
+        self._clear = Clear(self.system, TWO_PI * speed)
         self._stop, self._lock = threading.Event(), threading.Lock()
 
     def ends(
-        self, starts: Sequence[InitialState], turns: Sequence[float] | None = None, known: Sequence[End] = ()
+        self,
+        starts: Sequence[InitialState],
+        turns: Sequence[float] | None = None,
+        known: Sequence[End] = (),
+        until_quiet: bool = False,
     ) -> list[End]:
-        """Where runs from some states end, in their order; one that takes too many steps has not settled. After a Ctrl-C
-        `interrupted` is set, and those are missing whose runs had not begun. A run may stop at one of the ends in `known` as soon
-        as it is recognised."""
+        """Where runs from some states end, in their order.
+
+        One that has taken too many steps has settled where its kind did not change in the last blocks, as one that ended by time.
+        A run may stop at one of the ends in `known` as soon as it is recognised, and where it cannot touch again, unless it is to
+        go on until its free vibrations have decayed. After a Ctrl-C `interrupted` is set, and those whose runs had not begun are
+        missing."""
         places = [0.0] * len(starts) if turns is None else turns
-        return self.over(self._end, [(*pair, known) for pair in zip(starts, places, strict=True)])
+        return self.over(self._end, [(*pair, known, until_quiet) for pair in zip(starts, places, strict=True)])
 
     def over(self, run: Callable[..., Result], arguments: Sequence[tuple[Any, ...]]) -> list[Result]:
         """What runs give, each with arguments of its own, on all threads, in their order; interrupted as `ends`."""
@@ -115,24 +127,36 @@ class Settling:
         """Whether runs are to end at once."""
         return self._stop.is_set()
 
-    def _end(self, start: InitialState, turns: float, known: Sequence[End] = ()) -> End:
+    def _end(self, start: InitialState, turns: float, known: Sequence[End] = (), until_quiet: bool = False) -> End:
         shot = Shot(self._packed, start, turns)
         course = _Course(self.gaps, self.speed, self.grows, self.system.driven)
-        home, looks = None, 0
-        while looks < MOST_STEPS // ATTEMPTS:
+        home, looks, most = None, 0, MOST_STEPS // (self.system.n_rotor + self.system.n_stator)
+        while looks < most // ATTEMPTS:
             looks += 1
             goes_on = shot.advance(ATTEMPTS)
             course.see(shot.facts())
             home = course.recognised(known)
             if not goes_on or course.steady or course.runs_away or home or self.stopped:
                 break
-        motion, settled = course.ending(shot.diverged, shot.finished or course.steady)
+            if not until_quiet and course.open and self._stays_clear(shot):
+                course.end_free()
+                break
+        motion, settled = course.ending(shot.diverged, shot.finished or len(course.blocks) >= UNSETTLED)
         with self._lock:
             self.runs += 1
             self.looks += looks
             self._note(self.runs)
-        end = End(motion, course.steady, settled, shot.state(), shot.turns, course.time)
+        end = End(motion, course.steady, settled, shot.state(), shot.turns, course.time, course.touched)
         return replace(end, motion=home.motion, settled=True) if home else end
+
+
+    def _stays_clear(self, shot: Shot) -> bool:
+        """Whether a run cannot touch again."""
+        if not self._clear.known:
+            return False
+        state = shot.state()
+        parts = (state.rotor, state.rotor_velocity, state.stator, state.stator_velocity)
+        return self._clear.stays(parts, shot.turns)
 
 
 class _Course:
@@ -143,6 +167,7 @@ class _Course:
         self._each = [Stretches(np.empty((0, len(COLUMNS)))) for _ in gaps]
         self.blocks = list[Motion]()
         self.steady = False
+        self._free: Motion | None = None  # of the last stretch, where nothing touches again
 
     def see(self, rows: NDArray[np.float64]) -> None:
         """Take all stretches that have ended so far."""
@@ -150,6 +175,20 @@ class _Course:
         while len(rows) >= STRETCHES * (len(self.blocks) + 1) and not self.steady:
             self.blocks.append(self._motion(len(self.blocks), len(self.blocks) + 1))
             self.steady = not self._leaves(self.blocks[-1]) and _is_steady(self.blocks, self._gaps)
+
+    @property
+    def open(self) -> bool:
+        """Whether the last stretch had no contact."""
+        return self._count > 0 and not any(bool(own.contact_time[-1]) for own in self._each)
+
+    def end_free(self) -> None:
+        """Take the motion of the last stretch, of a run that cannot touch again, for the one that it ends in."""
+        self._free, self.steady = self._between(self._count - 1, self._count), True
+
+    @property
+    def touched(self) -> bool:
+        """Whether there was any contact so far."""
+        return any(bool(own.contact_time.any()) for own in self._each)
 
     @property
     def time(self) -> float:
@@ -183,6 +222,8 @@ class _Course:
         if diverged or self.runs_away:
             first = max(count - 1, 0)
             return self._motion(first, count + 1, diverged=True), True
+        if self._free is not None:
+            return self._free, True
         if self.steady:
             return self._motion(max(count - ALIKE, 0), count), True
         if not complete or count < 2:  # half a block tells what it was in, and little of what came before

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.arguments import FUNCTION, REAL, SCENE, SPEED, TEXT, WHOLE, optional, takes
+from rsc.arguments import FUNCTION, IMPULSE, SCENE, SPEED, TEXT, WHOLE, optional, takes
 from rsc.errors import SceneError, SolverError
 from rsc.files.tables import Table
 from rsc.measure.catalogue import WHIRLING
@@ -15,6 +15,7 @@ from rsc.measure.several import together
 from rsc.presented import Brief
 from rsc.scene.scene import Scene
 from rsc.study.motions.motions import Search, refuse_threads
+from rsc.study.motions.random_impacts import read_largest
 from rsc.study.motions.settle import End
 from rsc.study.run.start import initial_state
 from rsc.system.system import System
@@ -22,7 +23,6 @@ from rsc.system.system import System
 DIRECTIONS = 24
 SIZES = np.geomspace(0.01, 1.0, 25)  # of the first look, over the largest
 HALVINGS = 6  # of the gap between two sizes of the first look, a fifth: then 0.3 %
-SMALLEST, LARGEST = 1e-12, 1e12  # N s, that may be tried
 MOST_DIRECTIONS = 10_000
 
 
@@ -86,13 +86,13 @@ _COLUMNS = (
 )  # fmt: skip
 
 
-@takes(scene=SCENE, speed=optional(SPEED), directions=WHOLE, largest=optional(REAL), contact=optional(TEXT),
+@takes(scene=SCENE, speed=optional(SPEED), directions=WHOLE, largest=optional(IMPULSE), contact=optional(TEXT),
        threads=optional(WHOLE), note=FUNCTION)
 def smallest_impulse(
     scene: Scene,
     speed: float | str | None = None,
     directions: int = DIRECTIONS,
-    largest: float | None = None,
+    largest: float | str | None = None,
     *,
     contact: str | None = None,
     threads: int | None = None,
@@ -112,10 +112,9 @@ def smallest_impulse(
         Also with its unit: "3000 rpm". By default the scene's, which must be constant.
     directions : int
         Evenly spaced over the full turn.
-    largest : float, N s, optional
-        Largest impulse; by default one by which the contact point gets ten times as fast as on the rotor's slowest free vibration
-        with the gap as its amplitude (where nothing holds the rotor: on its slowest one that is joined to the stator at the
-        contact, or else at the rotor speed).
+    largest : float or str, N s, optional
+        Largest impulse, also with its unit: "10 N s".
+        Default: ten times the impulse by which a rotor in the centre of the gap just touches.
     contact : str, optional
         Name of the contact whose rotor coordinate is hit; by default the first.
     threads : int, optional
@@ -144,14 +143,15 @@ def smallest_impulse(
     """
     if speed is not None:
         scene = scene.steady(float(speed))  # each run goes on until it has settled
-    _refuse(scene, directions, largest)
+    _refuse(scene, directions)
     refuse_threads(threads)
+    size = read_largest(largest)
     place = _place(scene, contact)
     if scene.drive.speed[0] < 0.0:
-        mirror = smallest_impulse(scene.mirrored(), None, directions, largest, contact=contact, threads=threads, note=note)
+        mirror = smallest_impulse(scene.mirrored(), None, directions, size, contact=contact, threads=threads, note=note)
         direction, heavy_spot = -mirror.direction % 360.0, -mirror.heavy_spot % 360.0
         return replace(mirror, speed=-mirror.speed, direction=direction, heavy_spot=heavy_spot, frequency=-mirror.frequency)
-    search = Search(scene, scene.drive.speed[0], largest, threads, note)
+    search = Search(scene, scene.drive.speed[0], size, threads, note)
     initial_state(search.scene.with_values({"start.running": True}), search.system)  # refused where it would touch
     tried = _Tried(search, directions, place)
     tried.look()
@@ -253,11 +253,9 @@ def _place(scene: Scene, contact: str | None) -> int:
     return 0 if contact is None else names.index(contact)
 
 
-def _refuse(scene: Scene, directions: int, largest: float | None) -> None:
+def _refuse(scene: Scene, directions: int) -> None:
     if len(set(scene.drive.speed)) > 1:
         hint = "scene.steady(60.0), on the command line --speed"
         raise SceneError(scene.source, "drive.speed", list(scene.drive.speed), "constant", hint)
     if not 1 <= directions <= MOST_DIRECTIONS:
         raise SolverError(f"directions = {directions!r}: must be a whole number from 1 to {MOST_DIRECTIONS}")
-    if largest is not None and not SMALLEST <= largest <= LARGEST:
-        raise SolverError(f"largest = {largest!r}: must be an impulse from {SMALLEST:g} to {LARGEST:g} N s")

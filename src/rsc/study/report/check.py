@@ -21,7 +21,7 @@ from rsc.analysis.paper.synchronous import forward_rub, synchronous_resonance, u
 from rsc.analysis.several.predict import refuse_unpredictable
 from rsc.analysis.survey.remarks import body_remarks, damper_warnings, scene_remarks, set_remarks
 from rsc.analysis.survey.survey import delays_of
-from rsc.arguments import FLAG, FUNCTION, PATH, RESULT, SCENE, optional, takes
+from rsc.arguments import FLAG, FUNCTION, IMPULSE, PATH, RESULT, SCENE, optional, takes
 from rsc.errors import DataError
 from rsc.measure import spectra
 from rsc.measure.catalogue import WHIRLING, Motions
@@ -40,12 +40,13 @@ from rsc.scene.scene import Scene
 from rsc.show.words.headline import summary
 from rsc.study.motions.impact import with_smallest
 from rsc.study.motions.motions import Search
+from rsc.study.motions.random_impacts import read_largest
 from rsc.study.motions.release import with_held
 from rsc.study.prediction.reductions import coefficient_remarks, reduction_remarks
 from rsc.study.report.alone import moving_lines, settling_rates
 from rsc.study.report.best import best_predictions, no_predictions, rolling_motion
 from rsc.study.report.letters import lettered
-from rsc.study.report.report import Report, border_of_run, course_of, measured, sag_of
+from rsc.study.report.report import Report, border_of_run, course_of, measured, sag_of, window_speeds
 from rsc.study.run.simulate import simulate, tolerance_remark
 from rsc.system.assemble import assemble
 from rsc.system.system import System
@@ -53,17 +54,19 @@ from rsc.system.system import System
 # a T^2 above which a swept line loses more than 3 % of its amplitude in a Hann window
 SWEEP_WARNING = 2.0
 RELEASED = 400_000  # steps of the run that tells what a drive with a torque makes of a motion
+STANDING = 0.5  # of the middle of the last window: a run that ends slower has its list at that middle
 MOST_LISTS, STARTS = 2, 16  # speeds at which motions are looked for, and random starts at each: `rsc motions` has more
 LEAST_SAMPLES = 9  # a window of eight and one more
 
 
-@takes(scene=SCENE, progress=FLAG, path=optional(PATH), note=FUNCTION, overwrite=FLAG)
+@takes(scene=SCENE, progress=FLAG, path=optional(PATH), note=FUNCTION, overwrite=FLAG, largest=optional(IMPULSE))
 def check(
     scene: Scene,
     progress: bool = False,
     path: str | os.PathLike[str] | None = None,
     note: Callable[[str], object] = lambda text: None,
     overwrite: bool = False,
+    largest: float | str | None = None,
 ) -> Report:
     """Simulate a scene, predict its whirls and compare them in every window of the run.
 
@@ -74,6 +77,7 @@ def check(
     path : str or Path, optional, file for the result
     note : callable, as in `simulate`; called first with one line on the memory of run and report together
     overwrite : bool, write the result also in the place of a file that rsc did not write, or that was changed since
+    largest : float or str, N s, optional; of the random impacts of its lists, as in `rsc.motions`
 
     Returns
     -------
@@ -83,6 +87,8 @@ def check(
     ------
     SceneError, DataError
         As `simulate`.
+    SolverError
+        An impulse that cannot be.
 
     Examples
     --------
@@ -90,7 +96,8 @@ def check(
     >>> report.agreement
     'frequency agrees within 0.5 % in 97 of 97 windows with a backward line, amplitude within 2 % in 97'
     """
-    return report(run_for_report(scene, progress, path, note, overwrite), note)
+    size = read_largest(largest)
+    return report(run_for_report(scene, progress, path, note, overwrite), note, largest=size)
 
 
 def run_for_report(
@@ -111,8 +118,8 @@ def _refuse_unpredicted(system: System) -> None:
         _ = system.contact
 
 
-@takes(result=RESULT, note=FUNCTION, lists=FLAG)
-def report(result: Trajectory, note: Note = silent, lists: bool = True) -> Report:
+@takes(result=RESULT, note=FUNCTION, lists=FLAG, largest=optional(IMPULSE))
+def report(result: Trajectory, note: Note = silent, lists: bool = True, largest: float | str | None = None) -> Report:
     """Compare a run that exists with the predictions for its scene; returns a Report.
 
     Parameters
@@ -120,6 +127,7 @@ def report(result: Trajectory, note: Note = silent, lists: bool = True) -> Repor
     result : Trajectory
     note : callable, called every two seconds of a long search for whirls with a line of text
     lists : bool, whether to look for what else can last at its end and where its motion changed, `rsc.motions`
+    largest : float or str, N s, optional; of the random impacts of these lists
 
     Raises
     ------
@@ -129,7 +137,7 @@ def report(result: Trajectory, note: Note = silent, lists: bool = True) -> Repor
     torque, result = result.scene, result.scheduled
     system = assemble(result.scene)
     with result.kept_open():
-        return compared(result, system, *observed(result, system, note), lists, torque)
+        return compared(result, system, *observed(result, system, note), lists, torque, read_largest(largest))
 
 
 def compared(
@@ -140,8 +148,10 @@ def compared(
     whirl_branches: list[Branch],
     lists: bool = True,
     torque: Scene | None = None,
+    largest: float | None = None,
 ) -> Report:
-    """The Report of a run and of its predictions, as `observed` returns them; torque: the scene with the drive of the run."""
+    """The Report of a run and of its predictions, as `observed` returns them; torque: the scene with the drive of the run;
+    largest: impulse in N s of the lists."""
     scene, features, fall = result.scene, seen.features, seen.fall
     several = bool(seen.lead)
     one = system.at_contact(seen.lead) if several else system  # of which all is told that is of one contact
@@ -153,7 +163,7 @@ def compared(
     steady = Steady(alone, rub, moving_lines(one, features, alone), settling_rates(system, features))
     windows = compare(features, whirl_branches, steady, rolls, best, _load_deflection(one))
     changes = transitions(features, whirl_branches, {} if several else delays_of(scene, system, whirl_branches), best)
-    listed = [lettered(own, whirl_branches) for own in _motions(scene, features, torque or scene)] if lists else []
+    listed = [lettered(own, whirl_branches) for own in _motions(scene, seen, torque or scene, largest)] if lists else []
     limits = np.sort(np.abs(scene.drive.speed))[[0, -1]] * TWO_PI
     closed = limits[1] > limits[0] and not several
     resonance = synchronous_resonance(system, limits) / TWO_PI if closed else float("nan")
@@ -192,19 +202,27 @@ def _of_predictions(system: System, whirl_branches: list[Branch]) -> list[str]:
     return scene_remarks(system, whirls) + damper_warnings(system, whirl_branches)
 
 
-def _motions(scene: Scene, features: Features, torque: Scene) -> list[Motions]:
+def _motions(scene: Scene, seen: Course, torque: Scene, largest: float | None) -> list[Motions]:
     """What can last at the end of a run and where its motion changed, the last first."""
+    features, run = seen.features, _speeds_of_lists(seen, scene)
     changes = np.flatnonzero(features.kind[1:] != features.kind[:-1])[::-1] + 1
     places = [len(features.speed) - 1, *changes.tolist()]
     slowest, fastest = min(scene.drive.speed), max(scene.drive.speed)  # beyond which a reduced machine is not known
-    speeds = list(dict.fromkeys(min(max(float(f"{features.speed[i]:.4g}"), slowest), fastest) for i in places))
-    return [_listed(scene, speed, features, torque) for speed in speeds[:MOST_LISTS] if speed]
+    speeds = list(dict.fromkeys(min(max(float(f"{run[i]:.4g}"), slowest), fastest) for i in places))
+    return [_listed(scene, speed, features, torque, largest) for speed in speeds[:MOST_LISTS] if speed]
 
 
-def _listed(scene: Scene, speed: float, features: Features, torque: Scene) -> Motions:
+def _speeds_of_lists(seen: Course, scene: Scene) -> NDArray[np.float64]:
+    """Rotor speeds in Hz of the windows, the last one that of the end of the run unless the rotor hardly turns there."""
+    middle, end = np.array(seen.features.speed, float), window_speeds(seen.fall, scene.drive)[-1]
+    middle[-1] = end if abs(end) > STANDING * abs(middle[-1]) else middle[-1]
+    return middle
+
+
+def _listed(scene: Scene, speed: float, features: Features, torque: Scene, largest: float | None) -> Motions:
     """What can last at a speed and what the drive makes of it; with the smallest impact that starts a whirl where the run itself
     is in none."""
-    search = Search(scene, speed)
+    search = Search(scene, speed, largest)
     listed = with_held(search, search.motions(STARTS, 0), torque, RELEASED)
     whirls = [str(kind) for kind in WHIRLING]
     return listed if np.isin(features.kind, whirls).any() else with_smallest(search, listed)
@@ -312,7 +330,7 @@ def _directions_remarks(whirl_branches: list[Branch]) -> list[str]:
         shares = [whirl.mirror.share for whirl in branch.whirls if whirl.mirror is not None]
         if shares:
             remarks.append(
-                f"whirl {branch.label}: directions differ, its mirror line has {100 * min(shares):.1f} to "
+                f"whirl {branch.label}: elliptical, its counter-rotating component has {100 * min(shares):.1f} to "
                 f"{100 * max(shares):.1f} % of it; above 10 % it is not circular and its stability is not assessed"
             )
     return remarks
@@ -369,7 +387,7 @@ def _warnings(result: Trajectory, seen: Course) -> list[str]:
         pressed_in = whole.force_max / contact.stiffness / contact.gap
         if pressed_in > 1.0:
             name, table = (f"contact {contact.name}", f"contact.{contact.name}") if seen.lead else ("the contact", "contact")
-            text = f"{name} is pressed in by up to {pressed_in:.3g} gaps: no machine withstands that"
+            text = f"{name} is penetrated by up to {pressed_in:.3g} gaps: no machine withstands that"
             warnings.append(f"{text}; the motion would destroy it, or see whether {table}.stiffness is right")
     contact, whole = max(each, key=lambda own: own[1].rotor_max / own[0].gap)
     remark = tolerance_remark(whole.rotor_max, contact.gap, result.summary.rtol)

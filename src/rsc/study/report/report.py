@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rsc.analysis.alone.at_rest import static_deflection
+from rsc.analysis.alone.free_vibration import free_vibrations
 from rsc.analysis.alone.limits import Acceptance
-from rsc.analysis.alone.modes import Modes, modes
+from rsc.analysis.alone.modes import Modes, critical_speeds, modes
 from rsc.errors import one_line
 from rsc.files.tables import Table, html
 from rsc.measure import envelopes, spectra
@@ -31,6 +32,7 @@ from rsc.results.trajectory import Trajectory
 from rsc.scene.tables.contacts import Contact
 from rsc.show.words.answer import answer
 from rsc.show.words.reasons import note
+from rsc.system.assemble import assemble
 from rsc.system.border import Border, border_of
 from rsc.system.system import System
 
@@ -79,6 +81,17 @@ def border_of_run(result: Trajectory, system: System, features: Features) -> Bor
         float(np.abs(features.turning).max(initial=0.0)),
         power if known else float("nan"),
     )
+
+
+def window_speeds(fall: spectra.Waterfall, schedule: Any) -> NDArray[np.float64]:
+    """Rotor speeds (n_w,) in Hz for which the windows of a run stand: those of their middles; of the first and the last one those
+    at which the run begins and ends. schedule : the drive of a scene."""
+    half, speeds = 0.5 * fall.window, np.array(fall.speed, float)
+    if len(set(schedule.speed)) > 1:
+        end = fall.time[-1] + half
+        end = schedule.time[-1] if schedule.time[-1] - end < fall.window else end
+        speeds[[0, -1]] = np.interp([max(fall.time[0] - half, schedule.time[0]), end], schedule.time, schedule.speed)
+    return speeds
 
 
 def measured(seen: Course) -> dict[str, Any]:
@@ -153,6 +166,11 @@ class Report(Brief):
         contacts = self.result.scene.contacts
         return next((contact for contact in contacts if contact.name == self.lead), contacts[0])
 
+    @cached_property
+    def speeds(self) -> NDArray[np.float64]:
+        """Rotor speeds (n_w,) in Hz for which the windows stand, `window_speeds`."""
+        return self.fall.speed if self.stretches is None else window_speeds(self.fall, self.result.scene.drive)
+
     @property
     def at_contact(self) -> Trajectory:
         """The run as it is seen there."""
@@ -168,13 +186,21 @@ class Report(Brief):
         touched = any(own.contact_time.any() for own in each)
         force = max(own.whole().force_max for own in each)
         races = any(contact.race_inertia is not None for contact in self.result.scene.contacts)
-        run = run_facts(self.features, self.fall.speed.tolist(), touched, force, self.border, races)
-        return verdict_of(run, self.features, self.fall.speed.tolist(), self.motions)
+        run = run_facts(self.features, self.speeds.tolist(), touched, force, self.border, races)
+        return verdict_of(run, self.features, self.speeds.tolist(), self.motions)
 
     @cached_property
     def modes(self) -> Modes:
         """Modes: those of the machine at the highest speed of the run."""
         return modes(self.result.scene, max(self.result.scene.drive.speed, key=abs))
+
+    @cached_property
+    def criticals(self) -> list[tuple[float, float]]:
+        """Critical speeds in Hz up to the highest speed of the run, without contact, with their logarithmic decrements."""
+        system = assemble(self.result.scene).at_start
+        speeds = critical_speeds(system, 0.0, float(np.max(np.abs(self.result.scene.drive.speed))))
+        nearest = [min(free_vibrations(system, at), key=lambda each: abs(abs(each.frequency) - at)) for at in speeds]
+        return [(at, each.decrement) for at, each in zip(speeds, nearest, strict=True)]
 
     @property
     def word(self) -> str:

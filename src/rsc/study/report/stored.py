@@ -32,7 +32,7 @@ from rsc.system.assemble import assemble
 from rsc.system.border import Border
 from rsc.system.held import OUTCOMES, Held
 
-FORMAT = "rsc-report-6"
+FORMAT = "rsc-report-7"
 NAME = "report.json"
 LARGEST = 64 * 2**20  # bytes
 AT_CONTACTS = ("normal_force", "over_gap", "phase")
@@ -252,7 +252,8 @@ def _listed(stored: dict[str, Any]) -> Motions:
     """A list of motions that last."""
     pairs = [(motion, motion["predicted"]) for motion in stored["motions"]]
     impulse, ended = _array(stored["impulse"]).reshape(-1, 2), np.array(stored["ended"], dtype=int)
-    _alike((len(impulse),), ended)
+    touched = np.array([_flag(one) for one in stored["touched"]], dtype=bool)
+    _alike((len(impulse),), ended, touched)
     if not {motion["motion"] for motion, _ in pairs} <= set(Kind) or not np.isin(ended, range(-1, len(pairs))).all():
         raise ValueError("motions that no analysis lists")
     return _record(
@@ -273,6 +274,7 @@ def _listed(stored: dict[str, Any]) -> Motions:
         **{name: [_predicted(one) for one in stored[name]] for name in ("not_reached", "leaving")},
         impulse=impulse,
         ended=ended,
+        touched=touched,
         largest_at=_numbers(stored["largest_at"]),
         smallest=_smallest(stored["smallest"], len(pairs)),
         assumed=tuple(map(_assumed, stored["assumed"])),
