@@ -23,7 +23,10 @@ def simulated(name, duration, rtol):
     return rsc.simulate(scene), system, initial_state(scene, system)
 
 
-@pytest.mark.parametrize("name", REGULAR)
+SLOW = {"eccentric ring", "bouncing", "Coulomb friction that reverses"}  # a third of a minute each
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.nightly] * (name in SLOW)) for name in REGULAR])
 def test_v11_extended_precision_with_located_switches(name):
     """Eight digits of the gap at rtol 1e-10, and the same number of switches of the law."""
     result, system, start = simulated(name, 0.03, 1e-10)

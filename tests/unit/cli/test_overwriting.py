@@ -1,5 +1,6 @@
 """No command replaces a file that rsc did not write, or that somebody changed since: nothing is computed, nothing is written."""
 
+import argparse
 import io
 import shutil
 from pathlib import Path
@@ -8,11 +9,12 @@ import h5py
 import numpy as np
 import pytest
 
-from rsc.cli import main
+from rsc.cli import _parser, main
 from rsc.files import mark
 from rsc.files.output import FOREIGN
 
 SCENE = Path(__file__).with_name("test_cli.py").read_text(encoding="utf-8").split('SCENE = """')[1].split('"""')[0]
+ROSS = Path(__file__).parents[3] / "data" / "reference" / "machines" / "ross_coaxrotor.mat"
 FE = ["import", "fe", "--mass", "M.npz", "--stiffness", "K.npz", "--coordinates", "t.csv", "--contact", "2"]
 VARY = ["--vary", "contact.friction=0.1,0.2"]
 # command, and the files that it writes
@@ -41,8 +43,25 @@ COMMANDS = {
     "fit": (["fit", "probes.toml", "s.toml", "--free", "contact.friction", "-o", "fitted.toml"], ["fitted.toml"]),
     "import": ([*FE, "-o", "m.toml"], ["m.toml", "m.npz"]),
     "import npz": ([*FE, "-o", "n.npz"], ["n.npz"]),
+    "import ross": (["import", "ross", "ross.mat", "-o", "r.toml", "--contact", "5"], ["r.toml", "r.npz"]),
+    "new": (["new", "laval", "-o", "l.toml"], ["l.toml"]),
 }
 CASES = [(name, file) for name, (_, files) in COMMANDS.items() for file in files]
+
+
+def writers(parser, words=()):
+    """The words of every command that has an option for an output."""
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for word, own in action.choices.items():
+                yield from writers(own, (*words, word))
+        elif "--output" in action.option_strings:
+            yield words
+
+
+def test_every_command_that_writes_is_tried():
+    tried = {tuple(command[: len(words)]) for command, _ in COMMANDS.values() for words in writers(_parser())}
+    assert set(writers(_parser())) <= tried
 
 
 def hdf5_of_another():
@@ -77,6 +96,7 @@ def whole(tmp_path_factory):
         Path("s.toml").write_text(SCENE.replace("4 s", "1 s"))
         stiffness = 1e6 * np.kron(np.diag([3.0, 4.0, 4.0, 3.0]) - np.diag([1.0] * 3, 1) - np.diag([1.0] * 3, -1), np.eye(2))
         np.savez("K.npz", K=stiffness)
+        shutil.copy(ROSS, "ross.mat")
         np.savez("M.npz", M=10.0 * np.eye(8))
         Path("t.csv").write_text("node,direction\n" + "".join(f"{i},{d}\n" for i in (1, 2, 3, 4) for d in "xy"))
         assert main(["run", "s.toml", "-o", "once.h5", "--as-measured", "probes.toml"]) == 0

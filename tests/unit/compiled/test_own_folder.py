@@ -141,7 +141,10 @@ UNSAFE = {
 }
 
 
-@pytest.mark.parametrize("change", UNSAFE)
+REPEATED = (writable_folder, link_to_rsc, above_of_another_user)
+
+
+@pytest.mark.parametrize("change", [pytest.param(each, marks=[pytest.mark.nightly] * (each in REPEATED)) for each in UNSAFE])
 def test_code_in_a_folder_that_others_may_write_is_not_executed(place, change):
     if "another_user" in change.__name__ and os.geteuid() != 0:
         pytest.skip("only root can give a folder to another user")
@@ -211,8 +214,11 @@ def interpreter_for(user):
     return None
 
 
+OTHER_HOMES = [pytest.param(home, marks=pytest.mark.nightly) for home in ("", "/nowhere", "work")]
+
+
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can act as another user")
-@pytest.mark.parametrize("home", [None, "", "/nowhere", "work", "closed"])
+@pytest.mark.parametrize("home", [None, "closed", *OTHER_HOMES])
 def test_a_user_without_a_name_or_a_home_to_write_in_can_work(home):
     """No HOME, an empty one, one that does not exist, one that cannot be written, one whose caches nobody else may look at."""
     program = interpreter_for(STRANGER)

@@ -308,6 +308,7 @@ def scene_of(folder, model, gap=1e-4):
     return rsc.load_scene(folder / "scene.toml")
 
 
+@pytest.mark.nightly
 def test_a_run_of_the_reduced_machine_is_that_of_its_matrices(tmp_path):
     """A load that acts at once, in and out of contact over all knots, with rotating damping, against a scene of all matrices."""
     whole = with_supports(model(), supports(tmp_path, TWO_ENDS))
