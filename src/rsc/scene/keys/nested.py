@@ -48,7 +48,7 @@ def _told(table: RawTable, key: str, i: int, values: Mapping[str, Any]) -> str:
     """The table number i of a list as people count them: "rotor.disks, disk 2 (impeller)"."""
     name = values.get("name")
     called = f" ({name[:MOST_NAME]})" if isinstance(name, str) and name else ""
-    return f"{table.name}.{key}, {key.removesuffix('s')} {i + 1}{called}"
+    return f"{table.name}.{key}, {key.removesuffix('s').replace('_', ' ')} {i + 1}{called}"
 
 
 @dataclass(frozen=True)
