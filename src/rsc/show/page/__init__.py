@@ -80,7 +80,7 @@ def page(report, others=()):
         f'<script type="application/octet-stream" id="report">{_packed(data)}</script>'
         f'<script type="application/octet-stream" id="library">{_library()}</script>'
         f'<script type="text/plain" id="licences">{NOTICE.read_text(encoding="utf-8")}</script>'
-        f"<script>{(HERE / 'page.js').read_text(encoding='utf-8')}</script></body></html>\n"
+        f"<script>{_script()}</script></body></html>\n"
     )
 
 
@@ -168,6 +168,12 @@ def _packed(data):
     """Data for the script: JSON, compressed; the byte for the operating system says unknown, on every one."""
     packed = gzip.compress(json.dumps(data, allow_nan=False, separators=(",", ":")).encode(), 9, mtime=0)
     return lettered(packed[:9] + b"\xff" + packed[10:])
+
+
+def _script():
+    """The page's own script, without its comments and indentation."""
+    lines = (line.strip() for line in (HERE / "page.js").read_text(encoding="utf-8").splitlines())
+    return "\n".join(line for line in lines if line and not line.startswith("//"))
 
 
 def _library():
