@@ -28,7 +28,6 @@ from rsc.results.unfinished import discard_left, refuse_unfinished, resumable, t
 from rsc.scene.scene import Scene
 from rsc.scene.tables.sections import RETIRED_METHODS
 from rsc.simulation.run import Run, versions
-from rsc.study.run.levitation import levitation_remarks
 from rsc.study.run.start import run_of
 
 # s, the longest that the kernel takes from its cache; compiling takes longer
@@ -119,8 +118,7 @@ def simulate(
     with ResultWriter(path, scene, run.versions, overwrite) as writer:
         _compile(run, note)
         note(foresee(*sizes))
-        for remark in levitation_remarks(scene):
-            note(remark)
+        _say_levitation(scene, note)
         if not writer.locked:
             note(f"{path}: its disk has no locks, so a second run could write it at the same time")
         if old is None:
@@ -156,12 +154,20 @@ def _compile(run: Run, note: Callable[[str], object]) -> None:
         note(f"compiled in {took:.0f} s" + ("; later runs of this kind start at once" if keeps_code() else ""))
 
 
+def _say_levitation(scene: Scene, note: Callable[[str], object]) -> None:
+    """Note whether a controlled rotor is not held; a rotor without states need not wait for the analysis to be loaded."""
+    if scene.rotor.states or scene.rotor.magnetic_bearings:
+        from rsc.study.run.levitation import levitation_remarks
+
+        for remark in levitation_remarks(scene):
+            note(remark)
+
+
 def _in_memory(run: Run, progress: bool, note: Callable[[str], object]) -> "tuple[Trajectory, _RunEnd]":
     """(Trajectory, how it ended) of a Run that keeps its samples in memory."""
     _compile(run, note)
     note(foresee(run.scene))
-    for remark in levitation_remarks(run.scene):
-        note(remark)
+    _say_levitation(run.scene, note)
     sink = MemoryBlocks()
     sink.append(run.empty_block())
     end = _march(run, sink, progress, note)
