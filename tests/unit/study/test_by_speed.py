@@ -75,8 +75,11 @@ def scene_of(tables, method="auto", rtol=1e-9):
     return rsc.Scene.from_dict({**tables, "solver": {"rtol": rtol, "method": method}})
 
 
+REPEATED = {"disk", "matrices", "rigid wall"}  # half a minute each
+
+
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("name", BODIES)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.nightly] * (name in REPEATED)) for name in BODIES])
 def test_motion_in_contact_is_that_of_the_slow_twin(name, method):
     scene = scene_of(BODIES[name], method)
     system = assemble(scene)

@@ -77,6 +77,7 @@ def dropped():
     return scene, rsc.simulate(scene)
 
 
+@pytest.mark.nightly
 def test_the_first_20_ms_are_those_of_the_full_machine(dropped):
     """From the orbit in its bearings, through the fall and the first contacts, with races that spin up."""
     scene, result = dropped
