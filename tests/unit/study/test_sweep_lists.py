@@ -39,7 +39,7 @@ def listing(monkeypatch):
 
     def listed(motions, ended):
         impulse = np.stack([1.0 + np.arange(len(ended)), np.zeros(len(ended))], axis=1)
-        counts = len(ended), 0, 9.0, 20, impulse, np.array(ended)
+        counts = len(ended), 0, 9.0, 20, impulse, np.array(ended), np.ones(len(ended), bool)
         made = Motions(50.0, 1e-3, motions, [], [], *counts, 0.1, -50.0, 0.1, -50.0, False)
         monkeypatch.setattr(compute, "list_of", lambda *_, **__: made)
         return computed(make_plan(SCENE, rsc.cases(SCENE, FRICTIONS), "predict,motions"), None, threads=1)
