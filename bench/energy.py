@@ -9,10 +9,14 @@ chain of two masses, 30 Hz and 3 kHz, whose motion between contacts is computed 
 
 import argparse
 import math
+import sys
 import time
+from pathlib import Path
 
 import rsc
-from problems import results_folder
+
+sys.path[:0] = [str(Path(__file__).parents[1] / "tools")]
+from pages import RESULTS, write_page  # noqa: E402
 
 FREQUENCY, AMPLITUDE, GAP = 30.0, 2e-4, 1e-3  # Hz, m, m
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10)
@@ -73,14 +77,14 @@ def main():
     parser.add_argument("--write", action="store_true", help="write results/energy.md")
     options = parser.parse_args()
     made = rows(TOLERANCES[1:2], 100, 1000) if options.quick else rows(TOLERANCES, CYCLES, MANY)
-    lines = ["# Energy that an integration takes from a free vibration", "", "`python bench/energy.py --write`", ""]
-    lines += ["| scene | rtol | cycles | energy lost per cycle | as a damping ratio | processor time, s |", "|" + "---|" * 6]
+    lines = ["| scene | rtol | cycles | energy lost per cycle | as a damping ratio | processor time, s |", "|" + "---|" * 6]
     lines += [f"| {name} | {rtol:.0e} | {cycles:,} | {loss:.1e} | {loss / (4.0 * math.pi):.1e} | {seconds:.2f} |"
               for name, rtol, cycles, loss, seconds in made]  # fmt: skip
-    text = "\n".join(lines) + "\n"
+    text = "\n".join(lines)
     print(text)
-    if options.write:
-        (results_folder(options.quick) / "energy.md").write_text(text)
+    if options.write and not options.quick:
+        title = "Energy that an integration takes from a free vibration"
+        write_page(RESULTS / "energy.md", title, "python bench/energy.py --write", text)
 
 
 if __name__ == "__main__":

@@ -20,8 +20,8 @@ import numpy as np
 import rsc
 from rsc.measure.kinds import Kind
 
-sys.path[:0] = [str(Path(__file__).parents[1])]
-from problems import results_folder  # noqa: E402
+sys.path[:0] = [str(Path(__file__).parents[2] / "tools")]
+from pages import RESULTS, write_page  # noqa: E402
 
 GAP = 1e-3
 SCENE = {
@@ -92,9 +92,8 @@ def found_at(dampings, speeds):
 
 
 def table(rows, expected, dampings):
-    """The page."""
-    told = ["# Bouncing without friction", "", "`python bench/stability/internal_resonance.py --write`", ""]
-    told += ["| ratio | speed of the relation, Hz | " + " | ".join(f"damping ratio {damping:g}" for damping in dampings) + " |",
+    """The text of the page."""
+    told = ["| ratio | speed of the relation, Hz | " + " | ".join(f"damping ratio {damping:g}" for damping in dampings) + " |",
              "|" + "---|" * (2 + len(dampings))]  # fmt: skip
     for pair, speed in expected.items():
         at = [[row[1] for row in rows if row[0] == damping and family(*row[3]) == pair] for damping in dampings]
@@ -120,8 +119,9 @@ def main():
     expected = resonances(rsc.Scene.from_dict(SCENE), SPEEDS)
     text = table(found_at(dampings, speeds), expected, dampings)
     print(text)
-    if options.write:
-        (results_folder(options.quick) / "internal_resonance.md").write_text(text)
+    if options.write and not options.quick:
+        command = "python bench/stability/internal_resonance.py --write"
+        write_page(RESULTS / "internal_resonance.md", "Bouncing without friction", command, text)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Modes followed over the rotor speed: disks that know nothing of each other, in coordinates none of which is a disk."""
+"""Modes followed over the rotor speed: uncoupled disks, written in coordinates that mix them."""
 
 from types import SimpleNamespace
 
@@ -29,7 +29,7 @@ def rates(disk, speed):
 
 
 def mixed(rng):
-    """Matrices of these disks in coordinates none of which is a disk."""
+    """Matrices of uncoupled disks, in coordinates that mix them."""
     m, c, k_y, k_z, g = map(np.diag, np.array(DISKS).T)
     mix = rng.standard_normal((3, 3)) + 2.0 * np.eye(3)
     parts = {"mass": m, "damping": c, "stiffness": 0.5 * (k_y + k_z), "anisotropic_stiffness": 0.5 * (k_y - k_z), "gyroscopic": g}

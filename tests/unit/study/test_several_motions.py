@@ -1,7 +1,6 @@
 """Motions that last and impacts of machines with several contacts: which set is pressed, and the whirl that predicts it."""
 
 import json
-import re
 
 import numpy as np
 import pytest
@@ -49,7 +48,8 @@ def test_what_is_not_reached_names_its_set_and_nothing_is_claimed_of_the_least_f
     text = motions_text(listed)
     assert "backward whirl, sliding at seal and bush; predicted: whirl C at seal and bush -89.82 Hz" in text
     assert "whirl B at seal -90.60 Hz, 16.1 kN, growth -1.81 1/s, touches bush" in text
-    assert re.search(r"random impacts at seal up to [\d.]+ N s and at bush up to [\d.]+ N s", text)
+    seal, bush = (listed.largest_at[name] for name in ("seal", "bush"))
+    assert f"random impacts at seal up to {seal:.3g} N s and at bush up to {bush:.3g} N s" in text
     assert "is not known" in text and "no backward whirl is predicted" not in text
 
 
@@ -102,12 +102,15 @@ def test_the_smallest_impulse_is_found_at_each_contact():
     assert (at_seal.contact, at_bush.contact) == ("seal", "bush")
     assert set(at_seal.at) == {"seal and bush"} and set(at_seal.motion) == {Kind.SLIDING}
     assert at_seal.velocity == pytest.approx(at_seal.impulse / 30.0)
-    assert (at_bush.impulse <= at_bush.largest).all()
+    assert set(at_bush.motion) == {Kind.SLIDING} and at_bush.velocity == pytest.approx(at_bush.impulse / 8.0)
     text = impulses_text(at_seal)
     assert "impacts at seal" in text and "backward whirl, sliding at seal and bush" in text
-    # what it finds is true of a run from that state
-    again = scene.with_values({"start.rotor_velocity": [[0.0, 0.0], [float(at_seal.velocity[0]), 0.0], [0.0, 0.0]]})
-    assert rsc.simulate(again).stretches("bush").tail(0.2).share == 1.0
+    # what it finds is true of runs from those states
+    for place, found in ((1, at_seal), (2, at_bush)):
+        velocity = [[0.0, 0.0] for _ in range(3)]
+        velocity[place][0] = float(found.velocity[0])
+        again = scene.with_values({"start.rotor_velocity": velocity})
+        assert rsc.simulate(again).stretches("bush").tail(0.2).share == 1.0
 
 
 def test_the_smallest_impulse_of_a_list_is_that_at_the_contact_which_needs_least():

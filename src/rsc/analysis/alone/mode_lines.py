@@ -15,7 +15,7 @@ from rsc.analysis.alone.free_vibration import FreeVibration
 
 _ALIKE, _NEAR = 0.9, 0.1  # least MAC, and largest relative difference of eigenvalues, of modes that are surely the same
 _OTHER = 0.5  # MAC below which they are not the same, however near the speeds
-_SURE = 16  # slowest modes of which this is asked
+_SURE = 16  # number of slowest modes that must be identified so
 _HALVINGS = 7
 _STILL = 1e-6  # of |lambda|: a smaller imaginary part is rounding
 

@@ -29,8 +29,8 @@ _INDEFINITE = -1e-6  # w^2 of a motion relative to that of the shift
 
 
 class Shift(NamedTuple):
-    """square: w^2 in (rad/s)^2, 0 for a body that is held; least: lowest frequency that is compared, rad/s, 0 for one that is
-    held and has no first-order states, of which those that integrate have no response at 0."""
+    """square: w^2 in (rad/s)^2, 0 for a body that is held; least: lowest frequency that is compared, rad/s; 0 for one that is
+    held and has no first-order states, since integrators have no finite response at 0."""
 
     square: float
     least: float

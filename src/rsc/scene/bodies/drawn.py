@@ -64,7 +64,7 @@ def drawn_content(model: Any, basis: Any, touching: Sequence[Any], controls: Seq
     """Keys of the reduced body of a model that was made from a shaft: `drawn`, `nodes` and `node_rows`; none of another.
 
     basis : (n, r), displacements = basis @ reduced ones; touching : names of the contact positions;
-    controls : `rsc.scene.bodies.controls.Control`, of which magnetic bearings are drawn
+    controls : `rsc.scene.bodies.controls.Control`; its magnetic bearings are drawn
     """
     if model.shaft is None:
         return {}

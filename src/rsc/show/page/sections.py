@@ -20,9 +20,9 @@ from rsc.show.words.wording import frequency_text, length, sentence_in_units, sp
 HASHED = 64
 # what stands in the columns of tables
 WHIRLS = (
-    '<p class="soft">From the begin of a branch to its end: whirl, its frequency, negative against the rotation; |r|/gap, radius '
-    "of the rotor's orbit at the contact over the clearance; growth, the rate at which a small disturbance grows, negative where "
-    "it dies away and the whirl is stable.</p>"
+    '<p class="soft">From the beginning of a branch to its end: whirl, its frequency, negative against the rotation; |r|/gap, '
+    "radius of the rotor's orbit at the contact over the clearance; growth, rate of a small disturbance, negative where the "
+    "whirl is stable.</p>"
 )
 WINDOWS = (
     '<p class="soft">Sections of the run, {word} ({short}) and predicted (pred). Lengths over the gap{at}: |r|, radius of the '
