@@ -143,9 +143,9 @@ def test_what_the_analysis_tells_is_of_the_machine_without_them_and_modes_are_wi
 
 
 REFUSED = {
-    "after the end": (text(off=", off = 0.1"), r"bearings\[0\].off = 0.1: must be before the end of the run at 0.025 s"),
-    "before the start": (text(off=", off = -0.1"), r"bearings\[0\].off = -0.1: must be a number > 0"),
-    "twice": (text(off=", off = [0.01, 0.02]"), r"bearings\[0\].off = \[0.01, 0.02\]: must be a number in s"),
+    "after the end": (text(off=", off = 0.1"), r"bearing 1, off = 0.1: must be before the end of the run at 0.025 s"),
+    "before the start": (text(off=", off = -0.1"), r"bearing 1, off = -0.1: must be a number > 0"),
+    "twice": (text(off=", off = [0.01, 0.02]"), r"bearing 1, off = \[0.01, 0.02\]: must be a number in s"),
     "one end": (
         text(bearings="[]", contacts=CONTACT.format(name="front", at="0.2 m", number=0)),
         "contacts at two or more places must hold the rotor: 1 rigid-body",
