@@ -309,7 +309,7 @@ def _motion(motion, listed):
     started = f", {listed.hits(motion) or 'none'} of {listed.starts} impacts" if listed.starts else ""
     started += f"; {outcomes_text(motion.held)}" if motion.held else ""
     if not motion.bounded:
-        return f"{motion.motion} (backward and without a bound under one-sided friction, condition (12){started})"
+        return f"{motion.motion} (backward; without contact.diameter the model does not bound it{started})"
     if motion.contacts:
         return _several(motion, started)
     gaps = f"|r| {motion.amplitude_max / listed.gap:.2f} gaps"
