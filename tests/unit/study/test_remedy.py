@@ -10,6 +10,7 @@ import pytest
 import rsc
 from rsc.cli import main
 from rsc.measure.kinds import Kind
+from rsc.measure.severity import Severity
 from rsc.show.words.remedies import remedies_text
 from rsc.study.motions import remedy as remedying
 from rsc.study.motions.settle import Settling
@@ -43,7 +44,8 @@ def test_less_friction_helps_from_where_it_is_predicted_and_more_damping_does_no
     assert not damping.helps and math.isnan(damping.predicted) and damping.remains[0].motion == Kind.ROLLING
     told = remedies_text(found, "pump")
     by = f"divided by {1.0 / own.factor:.3g}; requires a lubricating film"
-    assert f"contact.friction 0.2 -> {own.changed:.4g} ({by}); remains: no contact" in told
+    assert f"contact.friction 0.2 -> {own.changed:.4g} ({by}); remains: no contact; severity {own.severity}" in told
+    assert told.startswith("pump\n\nat 50.00 Hz: severity whirl; ") and own.severity == Severity.SAFE
     assert told.index("remedies, each by itself") < told.index("does not help") < told.index("0.02 -> 0.2 (times 10)")
 
 
@@ -55,7 +57,7 @@ def test_a_change_is_as_large_up_as_down_and_what_the_furthest_leaves_is_said(mo
 
     def left_by(self, lever, factor, states):
         helps = {"contact.friction": factor < 0.25, "rotor.damping_ratio": factor > 3.0, "stator.mass": False}[lever.name]
-        return helps, () if helps else harmful
+        return ("safe", ()) if helps else ("", harmful)
 
     monkeypatch.setattr(remedying._Remedying, "_left", left_by)
     found = rsc.remedy(PUMP, starts=2)

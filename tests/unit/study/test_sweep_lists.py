@@ -80,7 +80,7 @@ def test_curves_draw_a_whirl_below_the_first_motion_and_none_twice(listing):
 def test_a_dataset_without_whirls_of_lists_is_read(listing, tmp_path):
     listing([RUB, SLIDING], [0]).save(tmp_path / "now.nc")
     with h5py.File(tmp_path / "now.nc", "r+") as file:
-        for name in ADDED["rsc-sweep-dataset-2"]:
+        for name in set(ADDED["rsc-sweep-dataset-2"]) & set(file):
             del file[name]
         file.attrs["format"] = np.bytes_(b"rsc-sweep-dataset-2")
     data = load_dataset(tmp_path / "now.nc")
