@@ -44,7 +44,7 @@ SEVERITIES = ("safe", "unknown", "at risk", "rub", "whirl", "destructive")
 KINDS = {
     **{f"verdict: {name}": ("verdict", rf"Severity: {name}") for name in SEVERITIES},
     "verdict: no contact in this run": ("verdict", "^No contact"), "verdict: none of the impacts": ("verdict", "None of"),
-    "verdict: lasts, but none starts it": ("verdict", "which lasts once"),
+    "verdict: lasts, but none starts it": ("verdict", "once it is started"),
     "verdict: smallest impact": ("verdict", "smallest found"),
     "verdict: beyond the model": ("verdict", "eyond the model"), "verdict: rolls on a race": ("verdict", "on a race"),
     "verdict: assumed diameter": ("verdict", "give contact.diameter"),

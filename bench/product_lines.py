@@ -10,7 +10,7 @@ from answers_lines import ANY_SIZE, JUDGES, contradictions
 from answers_witness import NUM, PREFIX, SAID
 from rsc.measure.several import name_of
 from rsc.show.words.answer import answer
-from rsc.show.words.verdict import MEANINGS, NOT_TOUCHED, ON_RACE, PASSING
+from rsc.show.words.verdict import MEANINGS, NOT_STARTED, NOT_TOUCHED, ON_RACE, PASSING
 
 WHIRLS = BACKWARD | {"forward whirl", "running away"}
 LOOSE = 0.05
@@ -210,9 +210,13 @@ def of_verdict(text, witness):
     report = witness.report
     match = re.search(r"Severity: ([\w ]+) \((.*)\)\.$", text)
     others = {"whirl": ON_RACE, "rub": PASSING, "unknown": NOT_TOUCHED}
-    if match is None or match[2] not in (MEANINGS[match[1]], others.get(match[1])):
+    meaning, _, waiting = match[2].partition(f"; {NOT_STARTED}") if match else ("", "", "")
+    waits = bool(match) and NOT_STARTED in match[2]
+    if match is None or meaning not in (MEANINGS[match[1]], others.get(match[1])) or waiting or (waits and match[1] != "rub"):
         yield "no severity, or another meaning"
         return
+    if waits and not any(_waiting(listed) for listed in report.motions):
+        yield "no whirl is listed or predicted that waits"
     each = witness.runs.of(0)
     touched = any(signals.touch.any() for signals in each)
     if touched == text.startswith("No contact in this run"):
@@ -239,6 +243,12 @@ def of_verdict(text, witness):
     yield from _impacts(text, report)
 
 
+def _waiting(listed):
+    """Whether a list has a whirl that no impact starts, or predicts one that lasts or is left slowly."""
+    own = [motion for motion in listed.motions if motion.motion in WHIRLS and not listed.hits(motion)]
+    return own or listed.leaving or any(one.stable for one in listed.not_reached if one.label != "forward rub")
+
+
 def _impacts(text, report):
     """Counts and numbers of the sentence on impacts against the lists, which are judged by themselves."""
     match = re.search(rf"At {NUM} Hz an impact starts (.*?): (\d+) of (\d+) impacts did(.*?)\. ", text)
@@ -246,11 +256,11 @@ def _impacts(text, report):
         return
     speed, what, hits, impacts = float(match[1]), match[2], int(match[3]), int(match[4])
     listed = min(report.motions, key=lambda one: abs(one.speed - speed))
-    unbounded = "does not bound" in what
+    unbounded = "grows without limit" in what
     known = [(listed.hits(motion), listed.starts) for motion in listed.motions
              if (motion.motion in what if motion.bounded else unbounded)]  # fmt: skip
     if (hits, impacts) not in known:
         yield f"{what}: {known}"
-    found = re.search(rf"the smallest found has {SAID}, {SAID}", match[5])
+    found = re.search(rf"the smallest found has {SAID}", match[5])
     if found and abs(size_of(found[1], found[2]) / listed.smallest.impulse - 1.0) > 0.01:
         yield f"the list has {listed.smallest.impulse:.4g} N s"

@@ -28,8 +28,8 @@ class Border:
     penetration : float, largest F_N/k_C over the clearance, over all contacts; depth : float, the same in m
     orbit : float, largest |r| over the shaft radius at the contact; NaN without a diameter
     surface : float m/s, largest velocity of the shaft surface, Omega d_R/2 + |Psi| |r|
-    heating : float W/kg, friction power over the mass of the rotor, or where that is unknown the effective mass at the contact; NaN
-        if the power is unknown
+    heating : float W/kg, friction power over the mass of the rotor, or where that is unknown the effective mass at the contact;
+        NaN if the power is unknown
     yielding : float, largest normal force over the yield force of its contact; NaN if the scene gives none
     """
 

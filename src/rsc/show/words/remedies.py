@@ -44,5 +44,5 @@ def _changed(own):
 def _motion(motion):
     """A motion that does harm, with its rate, and its force where the model holds for it."""
     rate = "" if math.isnan(motion.frequency) else f"{frequency_text(motion.frequency)}, "
-    size = "without a bound" if not motion.bounded else beyond_text(motion.border) or amount(motion.force_max, "N")
+    size = "still grew at 20 gaps" if not motion.bounded else beyond_text(motion.border) or amount(motion.force_max, "N")
     return f"{motion_name(motion)} ({rate}{size})"

@@ -21,6 +21,7 @@ MEANINGS = {
 NOT_TOUCHED = "no impact that was tried reached the gap"
 ON_RACE = "a whirl on the inner race, as after a drop: let the rotor run down"
 PASSING = "contact that ends by itself, without a whirl"
+NOT_STARTED = "a whirl can last once something starts it"  # beside a rub
 
 
 def meaning_of(verdict):
@@ -33,7 +34,9 @@ def meaning_of(verdict):
         return MEANINGS[severity]
     if severity == Severity.WHIRL and run.on_race:
         return ON_RACE
-    return PASSING if severity == Severity.RUB and run.motion == Kind.TRANSIENT else MEANINGS[severity]
+    meaning = PASSING if severity == Severity.RUB and run.motion == Kind.TRANSIENT else MEANINGS[severity]
+    waiting = verdict.not_reached or (impact and not impact.hits and impact.severity.level > Severity.RUB.level)
+    return f"{meaning}; {NOT_STARTED}" if severity == Severity.RUB and waiting else meaning
 
 
 def verdict_text(verdict):
@@ -74,7 +77,8 @@ def _impact(verdict):
     at = f"At {frequency_text(impact.speed)}"
     if not impact.hits:
         size = "" if impact.motion == Kind.RUNNING_AWAY else beyond_text(impact.border, ", beyond the model: ")
-        text = f"{at} none of {impact.impacts} impacts started {_motion(impact)}{size}, which lasts once it is started"
+        goes_on = "does not stop" if impact.motion == Kind.RUNNING_AWAY else "lasts"
+        text = f"{at} none of {impact.impacts} impacts started {_motion(impact)}{size}, which {goes_on} once it is started"
         return [f"{text}; {_touched(_coverage_at(verdict, impact.speed))}.", *_not_reached(verdict)]
     text = f"{at} an impact starts {_motion(impact)}: {impact.hits} of {impact.impacts} impacts did"
     return [f"{text}{_smallest(impact)}.", *_machine(impact)]
@@ -94,7 +98,7 @@ def _motion(impact):
     """The motion that impacts start, with its size where the model holds for it."""
     rate = "" if isnan(impact.frequency) else f" of {frequency_text(impact.frequency)}"
     if impact.motion == Kind.RUNNING_AWAY:
-        return "a backward motion that the one-sided friction law does not bound"
+        return "a whirl that grows without limit in this model"
     force = "" if impact.border.passed else f", {amount(impact.force_max, 'N')}"
     return f"{impact.motion}{rate}{force}"
 
@@ -107,7 +111,8 @@ def _smallest(impact):
     other = "" if one.motion is None or impact.starts == impact.motion else f" (which starts {impact.starts})"
     at = f" at {one.contact}" if one.contact else ""
     size = f"{amount(one.impulse, 'N s')}{at}{hardness_text(one.rotor_velocity, one.velocity)}"
-    return f"; the smallest found has {size}, {one.over_touching:.2g} times what just touches{other}; it is an upper bound"
+    size += f", {one.over_touching:.2g} times what just touches from the centre"
+    return f"; the smallest found has {size}{other}; it is an upper bound"
 
 
 def hardness_text(rotor_velocity, velocity):
@@ -121,9 +126,10 @@ def _machine(impact):
     """Whether the drive holds the motion, and whether any machine would."""
     if impact.motion == Kind.RUNNING_AWAY:
         return [_assumed(impact)]
-    told = [f"{beyond_text(impact.border, 'Beyond the model: ')}{_first(impact)}."] if impact.border.passed else []
+    told = [f"{beyond_text(impact.border, 'Beyond the model: ')}{_first(impact)}"] if impact.border.passed else []
     held = outcomes_text(impact.held)
-    return told + ([f"{held[0].upper()}{held[1:]}."] if held and not told else [])
+    text = "; ".join([*told, held] if held else told)
+    return [f"{text[0].upper()}{text[1:]}."] if text else []
 
 
 def _first(impact):
@@ -137,8 +143,11 @@ def _first(impact):
 
 def _assumed(impact):
     """What bounds a motion that runs away: a contact diameter."""
+    if not impact.assumed:
+        text = "It still grew at 20 gaps, where it was left"
+        return f"{text}; a contact without a diameter needs one: surfaces that roll bound a whirl."
     known = [one for one in impact.assumed if one.roll]
-    text = "The surfaces would come to roll on each other, which the model cannot follow without the diameter of the shaft there "
+    text = "The surfaces would come to roll on each other, for which the model needs the diameter of the shaft there "
     text += "(the paper's condition (12)): give contact.diameter"
     if not known:
         return f"{text}."

@@ -36,7 +36,7 @@ class SmallestImpulses(Brief):
         reduced rotor, whose coordinates are not those of its planes
     impulse : (n,) N s, smallest that was found to start a whirl; NaN where none up to `largest` does
     below : (n,) N s, the next smaller one that was tried and starts none
-    velocity : (n,) m/s, change of the rotor's velocity at the contact by `impulse`; of a shaft that of the short piece that is hit
+    velocity : (n,) m/s, change of the rotor's velocity at the contact by `impulse`; of a shaft that of the piece that is hit
     rotor_velocity : (n,) m/s, at which the whole rotor has as much momentum; NaN where its model does not tell its mass
     motion : (n,) str, what it starts, one of `rsc.measure.catalogue.WHIRLING`; "" where there is none
     at : (n,) str, names of those of several contacts at which it is that; "" with one
@@ -85,8 +85,8 @@ class SmallestImpulses(Brief):
 
 
 _COLUMNS = (
-    "direction in degrees", "ahead of the heavy spot in degrees", "impulse in N s", "none starts at N s", "velocity at the contact in m/s",
-    "velocity of the whole rotor in m/s", "frequency in Hz", "motion",
+    "direction in degrees", "ahead of the heavy spot in degrees", "impulse in N s", "none starts at N s",
+    "velocity at the contact in m/s", "velocity of the whole rotor in m/s", "frequency in Hz", "motion",
 )  # fmt: skip
 
 

@@ -220,8 +220,8 @@ def _derived(flat: dict[str, NDArray[Any]], predicted: NDArray[np.bool_]) -> dic
 
 
 def _severity(flat: dict[str, NDArray[Any]], computed: NDArray[Any]) -> dict[str, NDArray[Any]]:
-    """The severity of every case: that of the end of its run, and of what lasts; without a list of motions at risk where a whirl is
-    predicted to be stable and unknown otherwise."""
+    """The severity of every case: that of the end of its run, and of what lasts; without a list of motions at risk where a whirl
+    is predicted to be stable and unknown otherwise."""
     told = [flat[name] for name in ("end_severity", "lasting_severity") if name in flat]
     if not told:
         return {}
