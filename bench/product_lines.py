@@ -4,6 +4,7 @@ answers_lines.py judges them, those of several at every contact."""
 import re
 
 import numpy as np
+import scipy
 
 from answers_labels import BACKWARD
 from answers_lines import ANY_SIZE, JUDGES, contradictions
@@ -240,7 +241,22 @@ def of_verdict(text, witness):
         yield f"at least {'destructive' if destroyed else least}"
     if match[1] in ("whirl", "destructive") and least == "safe" and not destroyed:
         yield "nothing in run or lists is that severe"
+    if least == "safe" and not destroyed and kinds == {"no contact"} and match[1] != (wanted := _of_nothing(report)):
+        yield f"run and lists show nothing: that is {wanted}"
     yield from _impacts(text, report)
+
+
+def _of_nothing(report):
+    """The severity of a run without contact beside lists without another motion: by predictions and by the coverage, which is
+    counted anew."""
+    for listed in report.motions:
+        if listed.leaving or any(one.stable and one.label != "forward rub" for one in listed.not_reached):
+            return "at risk"
+    for listed in report.motions:
+        touched, unsettled = int(listed.touched.sum()), int((listed.touched & (listed.ended < 0)).sum())
+        if scipy.stats.binom.cdf(unsettled, touched, 0.5) > 0.05:  # half of all may be missed
+            return "unknown"
+    return "safe"
 
 
 def _waiting(listed):

@@ -165,7 +165,7 @@ NOTHING = {"left_speed": np.nan, "left_time": np.nan, "passed": "", "rate": 0.0,
          "the rotor leaves it at 40.00 Hz after 1 s, settles in backward whirl, sliding (-60.00 Hz) at 45.93 Hz after 3 s "
          "(on the way partial rub)"),
         ({"outcome": UNKNOWN, "speed": 20.0, "time": 4.0, "motion": "forward rub", "rate": -1.0},
-         "at 20.00 Hz after 4 s, still slowing down"),
+         "the rotor is at 20.00 Hz after 4 s, still slowing down"),
         ({"outcome": CAPTURED, "speed": 28.5, "time": 4.0, "motion": "no contact"},
          "the rotor is captured at 28.50 Hz (Sommerfeld effect) after 4 s"),
     ],
