@@ -144,9 +144,14 @@ class _Reduced(BodyModel):
         MatrixReader(), None, meaning="Cross-coupled damping Q, symmetric: B + i Q.", mirror=mirror.negative
     )
     anisotropic_stiffness: tuple | None = declare(
-        COMPLEX_MATRIX, None, meaning="Stiffness E that acts on the conjugate, complex symmetric, entries [real, imaginary]."
+        COMPLEX_MATRIX,
+        None,
+        meaning="Stiffness E that acts on the conjugate, complex symmetric, entries [real, imaginary].",
+        mirror=mirror.conjugates,
     )
-    anisotropic_damping: tuple | None = declare(COMPLEX_MATRIX, None, meaning="Damping C that acts on the conjugate.")
+    anisotropic_damping: tuple | None = declare(
+        COMPLEX_MATRIX, None, meaning="Damping C that acts on the conjugate.", mirror=mirror.conjugates
+    )
     observers: tuple = declare(Sequence(Text()), (), meaning="Names of the observed nodes.")
     observer_rows: tuple = declare(
         Sequence(Sequence(Number("dimensionless"))), (), meaning="Rows that give the displacement of every observed node."
@@ -277,10 +282,10 @@ class ReducedRotor(HasStates, _Reduced, RotorModel):
     )
     skew_damping_until: tuple | None = declare(KNOTS, None, meaning=f"{UNTIL} cross-coupled damping.", mirror=mirror.negative)
     anisotropic_stiffness_until: tuple | None = declare(
-        COMPLEX_KNOTS, None, meaning=f"{UNTIL} stiffness that acts on the conjugate."
+        COMPLEX_KNOTS, None, meaning=f"{UNTIL} stiffness that acts on the conjugate.", mirror=mirror.each_conjugates
     )
     anisotropic_damping_until: tuple | None = declare(
-        COMPLEX_KNOTS, None, meaning=f"{UNTIL} damping that acts on the conjugate."
+        COMPLEX_KNOTS, None, meaning=f"{UNTIL} damping that acts on the conjugate.", mirror=mirror.each_conjugates
     )
     unbalance: tuple = declare(Sequence(PairReader("unbalance")), meaning="Unbalance of every coordinate, multiplied by Omega^2.")
     load: tuple = declare(LOAD, meaning="Constant force on every coordinate.")
