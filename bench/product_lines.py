@@ -150,14 +150,15 @@ def most_in_windows(signals, contact):
 
 
 def of_end(text, witness):
-    """The kind of the last window at every contact, and its speed."""
+    """The kind of the last window at every contact, and the speed at which the run ends."""
     report = witness.report
     match = re.match(rf"(.*), at a rotor speed of {NUM} Hz(?:, whirl .*)?$", text)
     if match is None or match[1] != report.features.names[-1]:
         yield "unreadable, or not the last window"
         return
-    if abs(float(match[2]) - witness.contacts[0].speed(report.fall.time[-1])) > 1e-3 * float(match[2]):
-        yield f"the last window is at {witness.contacts[0].speed(report.fall.time[-1]):.5g} Hz"
+    end = witness.contacts[0].speed(report.result.time[-1])
+    if abs(float(match[2]) - end) > 1e-3 * float(match[2]):
+        yield f"the run ends at {end:.5g} Hz"
 
 
 def of_mu_min(text, witness):
