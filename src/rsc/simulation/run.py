@@ -47,6 +47,7 @@ STATUS = {
     kernel.STOPPED: Status.STOPPED,
 }
 
+
 @cache
 def versions():
     """One line with everything besides the scene that the bits of a run depend on."""

@@ -150,7 +150,7 @@ def threshold_speed(system: System) -> float:
     return np.inf
 
 
-def rotor_matrices(system, Omega):
+def rotor_matrices(system: System, Omega):
     """Mass, damping with gyroscopics and stiffness of the rotor at Omega, rad/s: (N, N) complex, or (2 N, 2 N) of [y, z] where
     directions differ."""
     return matrices_of(system.rotor, Omega)

@@ -17,6 +17,7 @@ from rsc.analysis.paper.anisotropy import contact_motion, mirror_line
 from rsc.analysis.paper.receptance import along
 from rsc.system.blas import one_thread
 from rsc.system.body import ANISOTROPIC
+from rsc.system.system import System
 
 PAIRS = 6  # pairs of lines k, 1 - k
 _OFFSET = 1e-6  # of Psi, for the derivative of the receptances
@@ -47,7 +48,7 @@ class EllipticWhirl:
 
 
 @one_thread
-def elliptic_whirl(system, frequency, speed, pairs=PAIRS):
+def elliptic_whirl(system: System, frequency, speed, pairs=PAIRS):
     """Find a whirl of a system whose directions differ at one rotor speed, from that of its isotropic mean.
 
     Parameters
@@ -82,7 +83,7 @@ class _Elliptic(Problem):
     from_afar = False  # from the whirl of the mean such steps may lead to another whirl
     limit = "no whirl was found with {} of what makes the directions differ"
 
-    def __init__(self, system, Omega, pairs, frequency):
+    def __init__(self, system: System, Omega, pairs, frequency):
         super().__init__(system, Omega, np.arange(1 - pairs, pairs + 1))
         self.frequency, self.relative = frequency, system.relative
 

@@ -17,6 +17,7 @@ import numpy as np
 from rsc.analysis.balance.balance_force import beat_force, hankel, lines_of, toeplitz
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.whirls import steady_whirls
+from rsc.system.system import System
 
 # samples of the beat per harmonic: the damper's kink needs more than the smooth force
 SAMPLES_PER_HARMONIC = 64
@@ -59,7 +60,7 @@ class Problem:
     limit: str  # what is raised, as a failure names it, with a place for how much of it
     from_afar = True  # whether steps from afar are tried first
 
-    def __init__(self, system, Omega, k):
+    def __init__(self, system: System, Omega, k):
         self.system, self.Omega, self.k = system.at_speed(Omega), Omega, k
         self.whirl = int(np.flatnonzero(k == 0)[0])
         self.n_time = SAMPLES_PER_HARMONIC * max(k[-1], 4)

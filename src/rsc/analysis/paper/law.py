@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from rsc.errors import SceneError
-from rsc.system.system import ContactLaw
+from rsc.system.system import ContactLaw, System
 
 # by name, so that a constant which is added to a scene's law is refused until it is treated here
 _TREATED = ("stiffness", "damping", "friction", "diameter", "slip_velocity", "race_inertia", "race_drag")
@@ -152,7 +152,7 @@ class SteadyLaw(ContactLaw):
         return np.clip(ratio, -1.0, 1.0), np.where(np.abs(ratio) < 1.0, 1.0 / self.slip_velocity, 0.0)
 
 
-def law_of(system):
+def law_of(system: System):
     """The `SteadyLaw` of the only contact of a System or of a stack; raises as `law_at`, SolverError of several."""
     return law_at(system.contact)
 

@@ -8,6 +8,7 @@ from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import dynamic_stiffness, entrywise, mode_scale, solve_at, transposed
 from rsc.analysis.paper.states import amplitudes, free_matrix, typical
 from rsc.system.blas import threads_for
+from rsc.system.system import System
 
 ROOT_RESIDUAL = 1e-10  # |Im cH| / |cH| at which a root counts as met
 MET = 1e3 * ROOT_RESIDUAL  # the same for what Newton's method did not settle
@@ -23,7 +24,7 @@ _TOGETHER = 200_000  # entries of matrices that are solved together, so that the
 _OFFSETS = np.concatenate([-np.logspace(-5, -15, 31), [0.0], np.logspace(-15, -5, 31)])
 
 
-def whirl_roots(system, Omega):
+def whirl_roots(system: System, Omega):
     """Find every finite real Psi with Im[(1 + i mu) H(Psi)] = 0 (24), whatever the sign of F_N.
 
     No start values: the roots are real eigenvalues. With A = A_re + i A_im and x = p + i q = A^-1 l the condition is
@@ -49,7 +50,7 @@ def whirl_roots(system, Omega):
     return roots_by_place(system, Omega)[1]
 
 
-def roots_by_place(system, Omega, only_met=False):
+def roots_by_place(system: System, Omega, only_met=False):
     """(places, roots) of a stack of systems and their speeds, by place and rising; of a single system all places are 0.
 
     only_met : without places where the condition changes its sign and is not met, poles and zeros of undamped bodies: at a pole H
@@ -149,7 +150,7 @@ def _candidates(bodies, mu, Omega):
 def _candidates_with_states(bodies, mu, Omega):
     """`_candidates` of bodies with first-order states, of w = [x, x', z] = p + i q, i Psi w = F w + b f with a real f:
 
-        Psi [p, q] = [[F_im, F_re], [-F_re, F_im]] [p, q] - [0, b] f,   mu l^T p + l^T q = 0.
+    Psi [p, q] = [[F_im, F_re], [-F_re, F_im]] [p, q] - [0, b] f,   mu l^T p + l^T q = 0.
     """
     stacked = bodies.mass.ndim > 2
     values, sizes = [], []

@@ -16,6 +16,7 @@ import numpy as np
 
 from rsc.analysis.paper.law import law_at
 from rsc.analysis.paper.receptance import dynamic_stiffness, solve_at, transposed
+from rsc.system.system import System
 
 MET = 1e-10  # of the gaps: what may be left of (W)
 _STEPS = 40
@@ -104,7 +105,7 @@ class Pressed:
         return replace(self, laws=laws, **arrays)
 
 
-def pressed(system, Omega, contacts):
+def pressed(system: System, Omega, contacts):
     """The `Pressed` of some contacts of a System (their numbers) at a rotor speed in rad/s; of several speeds, or of a stack of
     systems, every array has one more axis, the first."""
     own, p = [system.contacts[j] for j in contacts], system.n_states

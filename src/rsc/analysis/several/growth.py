@@ -10,9 +10,10 @@ import numpy as np
 
 from rsc.analysis.paper.receptance import in_both_directions
 from rsc.analysis.paper.stability import eigenvalues_without_phase, growth_of
+from rsc.system.system import System
 
 
-def growths(system, own, whirls):
+def growths(system: System, own, whirls):
     """The `Growth` of each of m whirls, whose contacts slide forward; the damper of a contact counts with its mean, b_C/2.
 
     Parameters

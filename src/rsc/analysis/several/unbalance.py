@@ -13,9 +13,10 @@ import numpy as np
 
 from rsc.analysis.paper.anisotropy import anisotropic_part
 from rsc.analysis.paper.synchronous import envelope_of
+from rsc.system.system import System
 
 
-def unbalance_lines(system, own, whirls):
+def unbalance_lines(system: System, own, whirls):
     """Lines of the unbalance on m whirls in the turning frame; only the sizes count, for its phase against the whirl is free.
 
     Parameters
@@ -35,7 +36,7 @@ def unbalance_lines(system, own, whirls):
     return tuple(np.array(each) for each in zip(*parts, strict=True))
 
 
-def direction_lines(system, own, whirls):
+def direction_lines(system: System, own, whirls):
     """Lines at -Psi and 3 Psi that supports whose directions differ add to m whirls of the mean of the directions, to first order
     in what differs: E and C act on the conjugate of the whirl, -(E - i Psi C) conj(x) e^{-i Psi t}.
 

@@ -241,5 +241,3 @@ class Job:
 
 class _Stopped(Exception):
     """Another list is wanted."""
-
-

@@ -86,8 +86,15 @@ _COLUMNS = (
 )  # fmt: skip
 
 
-@takes(scene=SCENE, speed=optional(SPEED), directions=WHOLE, largest=optional(IMPULSE), contact=optional(TEXT),
-       threads=optional(WHOLE), note=FUNCTION)
+@takes(
+    scene=SCENE,
+    speed=optional(SPEED),
+    directions=WHOLE,
+    largest=optional(IMPULSE),
+    contact=optional(TEXT),
+    threads=optional(WHOLE),
+    note=FUNCTION,
+)
 def smallest_impulse(
     scene: Scene,
     speed: float | str | None = None,
