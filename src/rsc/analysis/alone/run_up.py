@@ -67,7 +67,7 @@ def _augmented(system: System, Omega, rate):
     return matrix
 
 
-def _scale(system: System, Omega):
+def _scale(system: System, Omega: float):
     """Sizes of [x, x', z, 1] that are alike, with a typical frequency."""
     mass, _, stiffness = rotor_matrices(system, Omega)
     n, rotor = len(mass), system.rotor

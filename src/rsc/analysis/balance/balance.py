@@ -113,16 +113,16 @@ class _Unbalanced(Problem):
     beat_slope = -1.0
     limit = "no steady whirl with {} of the unbalance"
 
-    def __init__(self, system: System, Omega, harmonics, frequency=None):
+    def __init__(self, system: System, Omega: float, harmonics, frequency=None):
         super().__init__(system, Omega, np.arange(-harmonics, harmonics + 1))
         self.bodies, self.frequency = self.system.joined(), frequency
         self.rotor_free, E = unbalance_response(system, Omega)
         self.E = complex(E)
 
-    def beat(self, Psi):
+    def beat(self, Psi: float):
         return self.Omega - Psi
 
-    def linear(self, Psi, share):
+    def linear(self, Psi: float, share):
         u = np.zeros(len(self.k), complex)
         u[self.whirl + 1] = share * self.E
         H, slope = receptance_with_slope(self.bodies, self.Omega, self.lines_at(Psi))
@@ -135,7 +135,7 @@ class _Unbalanced(Problem):
         forces[self.whirl + 1], forces[self.whirl - 1] = share * part.force[0], share * part.mirror_force[0]
         return forces, float(Psi[0])
 
-    def result(self, forces, Psi, steps):
+    def result(self, forces, Psi: float, steps):
         """The `Balance` of a solution."""
         system, lines = self.system, self.lines_at(Psi)
         rotor = -receptance_rotor(system, lines, self.Omega) * forces
@@ -161,7 +161,7 @@ class _Unbalanced(Problem):
 class _Rolling(_Unbalanced):
     """As `_Unbalanced`, from a whirl that rolls."""
 
-    def __init__(self, system: System, Omega, harmonics, roll):
+    def __init__(self, system: System, Omega: float, harmonics, roll):
         super().__init__(system, Omega, harmonics)
         self.roll = roll
 

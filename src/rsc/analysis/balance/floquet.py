@@ -12,7 +12,7 @@ from rsc.analysis.paper.stability import growth_of, put_states, without_phase
 from rsc.analysis.paper.states import amplitudes, states_of
 from rsc.analysis.paper.synchronous import unbalance_response
 from rsc.system.blas import one_thread
-from rsc.system.system import System
+from rsc.system.system import FloatOrArray, System
 
 
 @one_thread
@@ -73,7 +73,7 @@ def _phase_shift(system: System, balance, n_time):
     return np.concatenate([part for own in parts for part in (own.real, own.imag)])
 
 
-def _free_matrices(system: System, Psi, Omega):
+def _free_matrices(system: System, Psi: FloatOrArray, Omega: FloatOrArray):
     """State matrix without contact (4n + 2p, 4n + 2p) of [Re x, Im x, Re x', Im x', Re z, Im z], the force's push (4n + 2p, 2)
     and its view (4, 4n + 2p); z are the p first-order states."""
     whole = system.at_speed(Omega).joined()

@@ -20,7 +20,7 @@ from rsc.analysis.paper.small_motions import small_motion
 from rsc.analysis.paper.states import states_of
 from rsc.analysis.paper.synchronous import synchronous_response, unbalance_response
 from rsc.presented import Brief
-from rsc.system.system import System
+from rsc.system.system import FloatOrArray, System
 
 # a disturbance this far below the whirl begins to show in a spectrum of 60 dB
 SEEN = 1e-3
@@ -209,7 +209,7 @@ def starting_level(system: System, branch, speed):
     return max(abs(part) * float(motion.sizes(system).max()) / whirl.rotor_amplitude, 2.0**-53)
 
 
-def _unbalance_lines(system: System, Psi, F_N, Omega):
+def _unbalance_lines(system: System, Psi: FloatOrArray, F_N: FloatOrArray, Omega: FloatOrArray):
     """Lines that the unbalance adds to a whirl at Omega and at 2 Psi - Omega, (2, N + M) complex, consistent first order."""
     part, _ = synchronous_response(system, np.array([Psi]), np.array([F_N]), Omega)
     unbalanced, _ = unbalance_response(system, Omega)

@@ -109,7 +109,7 @@ class Attractor:
     touches: tuple[str, ...] = ()
 
 
-def rub_growth(system: System, rub, Omega):
+def rub_growth(system: System, rub, Omega: float):
     """Growth rate of small motions about a forward rub.
 
     Parameters

@@ -18,7 +18,7 @@ from rsc.analysis.paper.receptance import (
     stator_stiffness,
 )
 from rsc.analysis.paper.whirls import whirl_shapes
-from rsc.system.system import System
+from rsc.system.system import FloatOrArray, System
 
 _PHASES = np.exp(2j * np.pi * np.arange(64) / 64)
 
@@ -62,7 +62,7 @@ class ForwardRub:
     stator_shape: np.ndarray
 
 
-def free_motion(system: System, Omega):
+def free_motion(system: System, Omega: FloatOrArray):
     """Deflection of the rotor by its unbalance without contact, A_R(Omega)^-1 unbalance Omega^2.
 
     Parameters
@@ -80,13 +80,13 @@ def free_motion(system: System, Omega):
     return np.where(Omega[..., None] == 0.0, 0.0, solve_at(matrices, system.rotor.unbalance)) * Omega[..., None] ** 2
 
 
-def unbalance_response(system: System, Omega):
+def unbalance_response(system: System, Omega: FloatOrArray):
     """`free_motion`, and with it the deflection E = l_R^T rotor + eps_A of the contact ring, shape of Omega, complex m."""
     rotor = free_motion(system, Omega)
     return rotor, along(rotor, system.rotor.contact) + system.contact.ring
 
 
-def synchronous_response(system: System, Psi, F_N, Omega):
+def synchronous_response(system: System, Psi: FloatOrArray, F_N: FloatOrArray, Omega: FloatOrArray):
     """Synchronous part of a whirl to first order in the unbalance.
 
     The contact force F = (1 + i mu)(k_C (|d| - s) + b* |d|') d/|d| is linearised about d_0 = s + F_N/k_C in the frame
@@ -125,14 +125,14 @@ def synchronous_response(system: System, Psi, F_N, Omega):
     return tuple(SynchronousPart(*form) for form in forms)
 
 
-def synchronous_lines(system: System, Psi, F_N, Omega):
+def synchronous_lines(system: System, Psi: FloatOrArray, F_N: FloatOrArray, Omega: FloatOrArray):
     """F_Omega, F_m in N and a_Omega in m of the consistent form, complex, against the mark of the shaft; arguments as
     `synchronous_response`."""
     F_Omega, F_m, line, _ = _lines(system, np.asarray(Psi, dtype=float), np.asarray(F_N, dtype=float), Omega)
     return F_Omega[0], F_m[0], line[0]
 
 
-def _lines(system: System, Psi, F_N, Omega):
+def _lines(system: System, Psi: FloatOrArray, F_N: FloatOrArray, Omega: FloatOrArray):
     """F_Omega, F_m in N, a_Omega, a_m in m, complex; of each the consistent and the printed form, (2, shape of Psi)."""
     law, m = law_of(system), 2.0 * Psi - Omega
     unbalanced, E = unbalance_response(system, Omega)
@@ -142,7 +142,7 @@ def _lines(system: System, Psi, F_N, Omega):
     with np.errstate(divide="ignore", invalid="ignore"):
         q = law.distance(F_N) / (2.0 * F_N)
         F_Omega = np.stack([forces[0], E / (H + 2.0 * q / law.turn)])
-        F_m = np.stack([forces[1], np.zeros(Psi.shape)])
+        F_m = np.stack([forces[1], np.zeros(np.shape(Psi))])
         line = along(unbalanced, system.rotor.contact) - H_r * F_Omega
     pole = ~np.isfinite(H)  # at rest, free motions: the rotor follows its contact ring without force
     F_Omega, F_m, line = np.where(pole, 0.0, F_Omega), np.where(pole, 0.0, F_m), np.where(pole, -system.contact.ring, line)
@@ -198,7 +198,7 @@ def envelope_of(whirl, line, mirror_line):
     return ends
 
 
-def forward_rub(system: System, Omega):
+def forward_rub(system: System, Omega: float):
     """Find the synchronous motions in permanent contact (forward rub).
 
     With c = (1 - i mu)/sqrt(1 + mu^2), H' = H(Omega) + c/(k_C sqrt(1 + mu^2)) and E the unbalance response of the
@@ -239,7 +239,7 @@ def forward_rub(system: System, Omega):
     return motions
 
 
-def _rub_forces(system: System, Omega, E):
+def _rub_forces(system: System, Omega: FloatOrArray, E):
     """c, H'(Omega) and both solutions F (last axis; not a number: no motion) of the quadratic of the forward rub."""
     law = law_of(system)
     with np.errstate(invalid="ignore", divide="ignore"):  # a free motion has a pole at rest
@@ -250,7 +250,7 @@ def _rub_forces(system: System, Omega, E):
         return c, H, np.stack([(-half - spread) / square, (-half + spread) / square], axis=-1)
 
 
-def _receptance_at_own_speed(system: System, Omega):
+def _receptance_at_own_speed(system: System, Omega: FloatOrArray):
     """H(Omega) at the rotor speed Omega itself, for an array of speeds."""
     rotor = solve_at(rotor_stiffness(system, Omega, Omega), system.rotor.contact)
     rotor = np.where(np.isfinite(rotor), rotor, np.nan)
@@ -288,7 +288,7 @@ def synchronous_resonance(system: System, Omega_range):
     return best
 
 
-def _rub_amplitude(system: System, Omega):
+def _rub_amplitude(system: System, Omega: FloatOrArray):
     """|r_R| of the forward rub that presses more at each speed (not a number: no contact); the other one is a saddle."""
     rotor, E = unbalance_response(system, Omega)
     c, H, forces = _rub_forces(system, Omega, E)

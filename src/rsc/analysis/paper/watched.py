@@ -7,10 +7,10 @@ from rsc.analysis.paper.anisotropy import unbalance_ellipse
 from rsc.analysis.paper.receptance import along, in_both_directions, pushed
 from rsc.analysis.paper.synchronous import envelope_of, unbalance_response
 from rsc.analysis.paper.whirls import whirl_shapes
-from rsc.system.system import System
+from rsc.system.system import FloatOrArray, System
 
 
-def whirl_deflections(system: System, Psi, F_N, Omega, forces):
+def whirl_deflections(system: System, Psi: FloatOrArray, F_N: FloatOrArray, Omega: FloatOrArray, forces):
     """Largest deflection of whirls with their unbalance at each clearance, to first order in it as `synchronous_response`.
 
     Parameters
@@ -45,7 +45,7 @@ def shape_deflections(system: System, rotor, stator):
     return np.array([abs(rotor @ place.rotor - stator @ place.stator) for place in system.clearances])
 
 
-def free_deflections(system: System, Omega):
+def free_deflections(system: System, Omega: FloatOrArray):
     """Largest deflection (k,) m at each clearance of the motion by unbalance and load without contact at a speed in rad/s."""
     if system.isotropic:
         turning = [unbalance_response(system, np.asarray(Omega, dtype=float))[0]]
@@ -55,7 +55,7 @@ def free_deflections(system: System, Omega):
     return np.array([sum(abs(part @ place.rotor) for part in lines) for place in system.clearances])
 
 
-def static_deflection(system: System, Omega):
+def static_deflection(system: System, Omega: FloatOrArray):
     """Deflection (N,) complex m of the rotor by its constant load, K r + i S r + E conj(r) = f_0; the least one where nothing
     holds a motion."""
     body = system.rotor.at_speed(Omega)

@@ -10,7 +10,7 @@ import numpy as np
 
 from rsc.analysis.paper.receptance import in_both_directions
 from rsc.analysis.paper.stability import eigenvalues_without_phase, growth_of
-from rsc.system.system import System
+from rsc.system.system import FloatOrArray, System
 
 
 def growths(system: System, own, whirls):
@@ -30,7 +30,7 @@ def growths(system: System, own, whirls):
     return [growth_of(row) for row in eigenvalues_without_phase(system, matrices, phases)]
 
 
-def _state_matrix(own, Psi, N, phi):
+def _state_matrix(own, Psi: FloatOrArray, N, phi):
     """State matrix (4 n, 4 n) of [Re x, Im x, Re x', Im x'] about one whirl."""
     bodies = own.bodies
     mass, turning = bodies.mass, bodies.turning(own.Omega)

@@ -9,7 +9,7 @@ from rsc.analysis.paper.whirls import steady_whirls
 from rsc.analysis.several.condition import Pressed, Whirling, pressed, settled
 from rsc.analysis.several.pairs import pair_candidates
 from rsc.analysis.several.starts import grazing_candidates, ranges, secant_candidates
-from rsc.system.system import System
+from rsc.system.system import FloatOrArray, System
 
 MOST = 4  # pressed contacts that are looked at together: there are 2^n sets
 COMPLETE = 2  # up to which no whirl is missing
@@ -23,7 +23,7 @@ class WhirlsOfSet(NamedTuple):
     whirls: Whirling
 
 
-def whirls_of_sets(system: System, Omega):
+def whirls_of_sets(system: System, Omega: FloatOrArray):
     """Whirls of a System at a rotor speed in rad/s, a list of `WhirlsOfSet`, small sets first.
 
     Of one contact they are all roots of its whirl condition, of two all that the scan finds; of three and more what Newton's

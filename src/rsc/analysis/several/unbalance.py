@@ -13,7 +13,7 @@ import numpy as np
 
 from rsc.analysis.paper.anisotropy import anisotropic_part
 from rsc.analysis.paper.synchronous import envelope_of
-from rsc.system.system import System
+from rsc.system.system import FloatOrArray, System
 
 
 def unbalance_lines(system: System, own, whirls):
@@ -52,7 +52,7 @@ def direction_lines(system: System, own, whirls):
     return tuple(np.array(each) for each in zip(*parts, strict=True))
 
 
-def _lines(own, driven, Psi, N, phi):
+def _lines(own, driven, Psi: FloatOrArray, N, phi):
     """The lines of a force on the bodies at a frequency in rad/s, and of rings that turn with it; driven: all three."""
     at, drive, ring = driven
     w, u = at - Psi, np.exp(1j * phi)
