@@ -88,14 +88,14 @@ FALL = ArgumentKind("a Waterfall", _has("frequency", "amplitude", "window"))
 REAL = ArgumentKind("a number", _is_real)
 REALS = ArgumentKind("an array of numbers", lambda value: _dtype(value) in "iuf")
 LINE = ArgumentKind("a number, or a list of them", lambda value: _dtype(value) in "iuf" and _axes(value) <= 1)
-SPEED = ArgumentKind('a number in Hz, or a text such as "3000 rpm"', _is_real, _in_hertz)
+SPEED = ArgumentKind("a number in Hz, or a text such as \"3000 rpm\"", _is_real, _in_hertz)
 IMPULSE = ArgumentKind(
-    'a number in N s, or a text such as "10 N s"',
+    "a number in N s, or a text such as \"10 N s\"",
     _is_real,
     lambda value: quantity(value, "impulse") if isinstance(value, str) else value,
 )
 # the function itself refuses what is not a speed, and states the range
-ROTOR_SPEEDS = ArgumentKind('numbers in Hz, or texts such as "3000 rpm"', lambda value: True, _in_hertz)
+ROTOR_SPEEDS = ArgumentKind("numbers in Hz, or texts such as \"3000 rpm\"", lambda value: True, _in_hertz)
 LINE_OF_SPEEDS = ArgumentKind(f"{SPEED.wanted}, or a list of them", LINE.fits, _in_hertz)
 SIGNAL = ArgumentKind("an array of numbers, real or complex", lambda value: _dtype(value) in "iufc")
 POSITIVE = ArgumentKind("a finite number above 0", lambda value: _is_real(value) and 0 < value < math.inf)

@@ -127,4 +127,4 @@ def nearest(name: object, names: Sequence[str]) -> str:
     """Hint for a mistyped name: the closest allowed name, else the list of allowed names if that is short."""
     close = difflib.get_close_matches(str(name)[:100], names, n=1, cutoff=0.6)
     listed = "allowed: " + ", ".join(names)
-    return f'{MEANT} "{close[0]}"?' if close else listed if len(listed) < 250 else ""
+    return f"{MEANT} \"{close[0]}\"?" if close else listed if len(listed) < 250 else ""

@@ -13,7 +13,7 @@ def add(commands: Commands) -> None:
     parser.add_argument("--speed", metavar="HZ", type=in_hertz, help="constant rotor speed (default: that of the scene)")
     parser.add_argument("--contact", metavar="NAME", help="contact at which the impact acts (default: the first)")
     parser.add_argument("--directions", metavar="N", type=int, default=24, help="directions over 360 degrees (default: 24)")
-    parser.add_argument("--largest", metavar="NS", type=in_si("impulse"), help='largest impulse tried, e.g. "2 N s"')
+    parser.add_argument("--largest", metavar="NS", type=in_si("impulse"), help="largest impulse tried, e.g. \"2 N s\"")
     parser.add_argument("--json", action="store_true", help=JSON)
     add_units(parser)
 

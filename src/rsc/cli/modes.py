@@ -157,7 +157,7 @@ def _save(made: Any, described: Any, options: argparse.Namespace, title: str) ->
 
 def _stiffnesses(text: str) -> list[float]:
     """Stiffnesses in N/m of "FROM:TO:NUMBER", evenly spaced on a logarithmic axis."""
-    wanted = f'FROM:TO:NUMBER, two stiffnesses > 0 and how many (2 to {MOST}), as in 1e6:1e9:61 or "1:1000 MN/m:61"'
+    wanted = f"FROM:TO:NUMBER, two stiffnesses > 0 and how many (2 to {MOST}), as in 1e6:1e9:61 or \"1:1000 MN/m:61\""
     first, last, number = _range("--stiffness", text, wanted, lambda part: quantity(part, "stiffness"))
     if not 0.0 < first < last:
         raise SceneError("modes", "--stiffness", shown(text), wanted)
@@ -166,7 +166,7 @@ def _stiffnesses(text: str) -> list[float]:
 
 def _speeds(text: str) -> list[float]:
     """Evenly spaced speeds in Hz of "FROM:TO:NUMBER"."""
-    wanted = f'FROM:TO:NUMBER, two rotor speeds and how many (2 to {MOST}), as in 0:100:51 or "0:6000 rpm:61"'
+    wanted = f"FROM:TO:NUMBER, two rotor speeds and how many (2 to {MOST}), as in 0:100:51 or \"0:6000 rpm:61\""
     first, last, number = _range("--speeds", text, wanted, in_hertz)
     return [first + (last - first) * i / (number - 1) for i in range(number)]
 

@@ -18,8 +18,8 @@ def add(commands: Commands) -> None:
     run.add_argument("--not-bitwise", action="store_true", help=text)
     text = "also write the run as measured by two probes and a Keyphasor, for `rsc.read_measured`: FILE.toml and FILE.csv"
     run.add_argument("--as-measured", metavar="FILE.toml", help=text)
-    run.add_argument("--noise", metavar="LENGTH", default="0 um", help='with --as-measured: noise of each probe, e.g. "2 um"')
-    run.add_argument("--runout", metavar="LENGTH", default="0 um", help='with --as-measured: runout of the shaft, e.g. "10 um"')
+    run.add_argument("--noise", metavar="LENGTH", default="0 um", help="with --as-measured: noise of each probe, e.g. \"2 um\"")
+    run.add_argument("--runout", metavar="LENGTH", default="0 um", help="with --as-measured: runout of the shaft, e.g. \"10 um\"")
     run.add_argument("--force", action="store_true", help=FORCE)
     add_units(run)
     run.add_argument("--json", action="store_true", help=JSON)

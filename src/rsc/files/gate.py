@@ -183,7 +183,9 @@ def text_of(item: Any, name: str) -> str | None:
     return bytes(item.attrs[name]).decode("utf-8", "replace")
 
 
-def attributes(item: Any, known: Mapping[str, tuple[int, ...]], most: int, optional: Collection[str] = ()) -> dict[str, Any]:
+def attributes(
+    item: Any, known: Mapping[str, tuple[int, ...]], most: int, optional: Collection[str] = ()
+) -> dict[str, Any]:
     """name -> value of attributes, texts as str: exactly the known ones (optional ones may be absent), with these shapes and at
     most `most` bytes.
 

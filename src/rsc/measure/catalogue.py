@@ -244,10 +244,10 @@ class Motions(Brief):
             motions=[turned(motion) for motion in self.motions],
             not_reached=[_turned(one) for one in self.not_reached],
             leaving=[_turned(one) for one in self.leaving],
-            impulse=self.impulse * [1.0, -1.0],
+            impulse=self.impulse * [-1.0, 1.0],
             mu_min_frequency=-self.mu_min_frequency,
             mu_whirl_frequency=-self.mu_whirl_frequency,
-            smallest=self.smallest and replace(self.smallest, direction=-self.smallest.direction % 360.0),
+            smallest=self.smallest and replace(self.smallest, direction=(180.0 - self.smallest.direction) % 360.0),
             assumed=tuple(replace(one, roll=one.roll and _turned(one.roll)) for one in self.assumed),
         )
 

@@ -154,9 +154,9 @@ def described(motion: Motion, scene: Any) -> FinalMotion:
         contact_share=facts.share,
         torque=torque,
         power=power,
-        clearances={place.name: largest / place.gap for place, largest in zip(scene.clearances, facts.clearances, strict=True)}
-        if facts.clearances
-        else {},
+        clearances={
+            place.name: largest / place.gap for place, largest in zip(scene.clearances, facts.clearances, strict=True)
+        } if facts.clearances else {},
         contacts={contact.name: _at(own, contact.gap) for own, contact in zip(motion.at, scene.contacts, strict=False)},
     )
 

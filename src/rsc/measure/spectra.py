@@ -397,7 +397,9 @@ def samples_of_window(window: float, sample_rate: float, n_time: int, n_least: i
     return n_samples
 
 
-def _lines(fall: Waterfall, candidate: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
+def _lines(
+    fall: Waterfall, candidate: NDArray[np.bool_]
+) -> tuple[NDArray[np.intp], NDArray[np.float64], NDArray[np.float64]]:
     """Window, frequency (Hz) and amplitude of the local maxima of all spectra among the candidate bins (n_w, n_f)."""
     rows, n_f = fall.amplitude, fall.frequency.size
     if n_f != fall.n_samples:  # a cut band has no neighbours at its ends; the whole band is a ring

@@ -232,3 +232,5 @@ def at_contacts(run: StretchedRun) -> list[Stretches]:
     """The Stretches of a run at every contact of its scene."""
     contacts = run.scene.contacts
     return [run.stretches()] if len(contacts) == 1 else [run.stretches(contact.name) for contact in contacts]
+
+

@@ -9,7 +9,7 @@ from rsc.scene.files.toml_file import tables_of, text_of
 from rsc.scene.keys.keys import OPTIONAL, RawTable, declare, read_table
 from rsc.scene.keys.readers import Choice, Integer, Number, Sequence, Text, as_list
 
-COLUMN = 'a column: its name in the head of the file, or its number from "1" on'
+COLUMN = "a column: its name in the head of the file, or its number from \"1\" on"
 BETWEEN = 1.0  # degrees; probes whose directions differ by less cannot tell a plane motion
 
 
@@ -28,7 +28,7 @@ class Probe:
     )
     sensitivity: float | None = declare(Number("sensitivity"), None, meaning="Volts a metre, negative where it is turned round.")
     unit: float | None = declare(
-        Number("length", above=0.0), None, meaning='Unit of the column: `"1 um"`; default: the unit stated in the file.'
+        Number("length", above=0.0), None, meaning="Unit of the column: `\"1 um\"`; default: the unit stated in the file."
     )
 
     one_of = ((("sensitivity", "unit"), OPTIONAL),)  # one must be given where the file states no unit of length (scales.py)
@@ -41,7 +41,7 @@ class Channels:
     file: str = declare(Text(), meaning="Data file, in any format of the table in docs/users/measured.md; relative to this file.")
     time: str | None = declare(Text(), None, meaning=f"Time, {COLUMN}; not where the format says when its samples were taken.")
     time_unit: float | None = declare(
-        Number("time", above=0.0), None, meaning='Unit of the times: `"1 ms"`; default: the unit stated in the file, else 1 s.'
+        Number("time", above=0.0), None, meaning="Unit of the times: `\"1 ms\"`; default: the unit stated in the file, else 1 s."
     )
     rate: float | None = declare(Number("frequency", above=0.0), None, meaning="Samples a second, where no column has the time.")
     full_scale: float = declare(Number("voltage", above=0.0), 1.0, meaning="Volts of the largest number of a WAV file.")
@@ -54,7 +54,7 @@ class Channels:
     speed_unit: float | None = declare(
         Number("frequency", above=0.0),
         None,
-        meaning='Unit of the speed: `"1 rpm"`; default: the unit stated in the file, else 1 Hz.',
+        meaning="Unit of the speed: `\"1 rpm\"`; default: the unit stated in the file, else 1 Hz.",
     )
     sense: str = declare(
         Choice(("y to z", "z to y")),
@@ -110,3 +110,5 @@ def _refuse_contradictions(table: Any, channels: Channels) -> None:
     if channels.keyphasor is None:
         hint = "runout belongs to the angle of the shaft"
         table.refuse("slow_roll", list(channels.slow_roll), "left out without a Keyphasor", hint)
+
+

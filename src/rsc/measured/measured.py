@@ -140,7 +140,7 @@ def _measured(table: Channels, selection: Selection, source: str) -> Measured:
     warnings += told
     turns = shaft.turns + table.keyphasor_angle / 360.0
     if table.sense == "z to y":
-        r, turns = r.conj(), shaft.turns - table.keyphasor_angle / 360.0
+        r, turns = -r.conj(), shaft.turns - table.keyphasor_angle / 360.0
     if table.slow_roll is not None and not (shaft.marked or shaft.known.all()):
         raise DataError(source, "loses count of a wheel without a mark: leave measured.slow_roll out, runout cannot be taken off")
     nothing, r = np.zeros(2 * HARMONICS + 1, complex), np.where(shaft.known, r, np.nan)

@@ -101,7 +101,6 @@ class Labelled:
 
 def of_xarray(data: "xarray.Dataset") -> Labelled:
     """The arrays of a dataset that `to_xarray` made, also after a file of it, or of a part of it."""
-
     def variables(own: Any) -> dict[str, Variable]:
         return {str(name): (each.dims, _plain(each.values), each.attrs) for name, each in own.items()}
 
@@ -124,7 +123,7 @@ def refuse_without_xarray() -> None:
     try:
         import xarray  # noqa: F401
     except ImportError:
-        raise SolverError('a labelled dataset needs xarray: pip install "rotor-stator-contact[sweep]"') from None
+        raise SolverError("a labelled dataset needs xarray: pip install \"rotor-stator-contact[sweep]\"") from None
 
 
 def is_labelled(path: str | os.PathLike[str]) -> bool:

@@ -135,7 +135,7 @@ def _reduced_tables(
     machines = [name for name in ("rotor", "stator") if is_machine(tables[name])]
     if not machines:
         if table.values:
-            table.refuse("tolerance", table.values.get("tolerance"), "left out", 'no body has model "machine" or "shaft"')
+            table.refuse("tolerance", table.values.get("tolerance"), "left out", "no body has model \"machine\" or \"shaft\"")
         return tables, touching, clearances, ()
     reduction = (*read_reduction(table, _elsewhere("reduction"), drive.fastest), drive.covered)
     for name in machines:
@@ -176,7 +176,7 @@ def _table(mapping: Mapping[str, Any], name: str, file: str, folder: Path | None
         if name == "stator" and touches_itself(mapping):
             return RawTable(file, name, {"model": "rigid"}, folder)
         if name not in _OPTIONAL:
-            hint = 'model = "rigid" for a rigid wall' if name == "stator" else ""
+            hint = "model = \"rigid\" for a rigid wall" if name == "stator" else ""
             raise SceneError(file, name, None, f"given as a table [{name}]", hint)
         return RawTable(file, name, {}, folder)
     values = mapping[name]

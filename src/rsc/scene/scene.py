@@ -34,7 +34,7 @@ from rsc.scene.tables.start import Start
 from rsc.system.system import only_one
 
 HINT = "`rsc new laval` prints one"
-MIRRORED = "turns backward: shown in the mirror image, z reversed"
+MIRRORED = "turns backward: shown in the mirror image, y reversed"
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -248,8 +248,10 @@ class Scene(Brief):
         raise SceneError(self.source, one_line(dotted), shown(value), "a key of a scene", nearest(dotted, all_names()))
 
     def mirrored(self) -> "Scene":
-        """The same machine in the mirror image z -> -z, with the rotor turning the other way: every number of its runs and
-        predictions is conjugated or changes sign."""
+        """The same machine in the mirror image y -> -y: seen from the other end of its shaft, the rotor turning the other way.
+
+        In its runs and predictions every y, speed and frequency changes its sign; gravity still acts along -z.
+        """
         content = self.to_dict()
         for key in TABLES:
             images = {name: mirrored_table(self.section(name), table) for name, table in _named(key, content[key]).items()}

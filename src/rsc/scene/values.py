@@ -19,22 +19,8 @@ _SINGLE = (Number, Integer, Flag, Choice, Text, PolarReader)
 _ENTRY = Number("dimensionless")  # entry of a matrix with coordinates of any kind: in SI units
 _PHYSICAL = ("rotor", "stator", "contact")
 # keys of a reduced body that document the reduction
-_BOOKKEEPING = (
-    "tolerance",
-    "error",
-    "band",
-    "speeds",
-    "coefficients_at",
-    "highest_before",
-    "highest_after",
-    "observer_rows",
-    "observer_errors",
-    "drawn",
-    "nodes",
-    "node_rows",
-    "parts",
-    "bearing_rows",
-)
+_BOOKKEEPING = ("tolerance", "error", "band", "speeds", "coefficients_at", "highest_before", "highest_after", "observer_rows",
+                "observer_errors", "drawn", "nodes", "node_rows", "parts", "bearing_rows")
 
 
 @dataclass(frozen=True)
@@ -112,7 +98,7 @@ def value_of(scene: Scene, name: str) -> Value:
     section = scene.section(table)
     declared = {item.name: item.metadata for item in fields(section) if "reader" in item.metadata}
     if key not in declared:
-        wanted = f"a key of [{table}]" + (f' with model "{section.model}"' if hasattr(section, "model") else "")
+        wanted = f"a key of [{table}]" + (f" with model \"{section.model}\"" if hasattr(section, "model") else "")
         keys = [f"{name.rpartition('.')[0]}.{known}" for known in declared]
         raise SceneError(scene.source, one_line(name), None, wanted, nearest(name, keys))
     reader = declared[key]["reader"]

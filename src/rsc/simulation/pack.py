@@ -342,8 +342,8 @@ def first_step(packed):
     """Length of the first attempted step, s: safe for the fastest mode with the stiffest contact closed."""
     m = packed.model
     contact = max(
-        springs.limit(data.surfaces.spring) * float(np.abs(data.force_row[::2] * data.contact_row[::2]).sum())
-        for data in m.contacts
+        springs.limit(data.surfaces.spring) * float(np.abs(data.force_row[::2] * data.contact_row[::2]).sum()) for data in
+        m.contacts
     )
     omega2 = float(np.abs(m.stiffness).max()) + contact
     return min(0.1 * m.rtol**0.2 / np.sqrt(omega2), m.h_max)

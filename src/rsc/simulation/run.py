@@ -47,7 +47,6 @@ STATUS = {
     kernel.STOPPED: Status.STOPPED,
 }
 
-
 @cache
 def versions():
     """One line with everything besides the scene that the bits of a run depend on."""

@@ -59,7 +59,9 @@ rest = true                     # does the rotor get into a whirl? whirl = "back
 """
 
 
-def import_shaft(path: str | os.PathLike[str], output: str | os.PathLike[str], contact: Any, overwrite: bool = False) -> str:
+def import_shaft(
+    path: str | os.PathLike[str], output: str | os.PathLike[str], contact: Any, overwrite: bool = False
+) -> str:
     """Write a scene with a shaft by its stations, and the tables of its bearings beside it.
 
     Parameters

@@ -279,11 +279,14 @@ class Body:
             raise ValueError("stiffness and damping of this body depend on the rotor speed: call at_speed first")
 
     def mirror(self) -> "Body":
-        """The body in the mirror image z -> -z: skew matrices change sign, complex arrays are conjugated."""
-        conjugated = {name: getattr(self, name) for name in ("unbalance", "unbalance_euler", "load", *ANISOTROPIC)}
+        """The body in the mirror image y -> -y: skew matrices change sign, complex matrices become their conjugates, complex
+        vectors minus their conjugates."""
+        vectors = {name: getattr(self, name) for name in ("unbalance", "unbalance_euler", "load")}
+        conjugated = {name: getattr(self, name) for name in ANISOTROPIC}
         signed = {name: getattr(self, name) for name in SKEW}
         return replace(
             self,
+            **{name: -np.conj(value) for name, value in vectors.items()},
             **{name: np.conj(value) for name, value in conjugated.items() if value is not None},
             **{name: -value for name, value in signed.items() if value is not None},
             knots=None if self.knots is None else self.knots.mirror(),

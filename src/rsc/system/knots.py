@@ -58,7 +58,7 @@ class Knots:
         return Knots(self.speed, {name: np.broadcast_to(part, shape + part.shape) for name, part in self.parts.items()})
 
     def mirror(self) -> "Knots":
-        """The knots of the mirror image z -> -z, in which the rotor turns the other way."""
+        """The knots of the mirror image y -> -y, in which the rotor turns the other way."""
         parts = {name: part[..., ::-1, :, :] for name, part in self.parts.items()}
         signed = {name: -part if name in SKEW else np.conj(part) for name, part in parts.items()}
         return Knots(-self.speed[::-1], signed)

@@ -52,7 +52,6 @@ _NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _TEXT = re.compile(rf"(?P<number>{_NUMBER})\s*(?P<unit>[^\s\d,.+-].*|1\s*/.*)", re.ASCII | re.DOTALL)
 _FREE_OF_ANGLE = ("torque", "tilt stiffness", "tilt damping", "cross stiffness", "cross damping")
 
-
 class QuantityError(RscError, ValueError):
     """A number or text that is not a quantity of the wanted dimension.
 
@@ -133,7 +132,7 @@ def _wanted(dimension: str) -> str:
     unit, example = DIMENSIONS[dimension]
     if dimension == "dimensionless":
         return "a number"
-    return f'a number in {unit}, or a text with a unit such as "{example}"'
+    return f"a number in {unit}, or a text with a unit such as \"{example}\""
 
 
 def _from_text(text: str, dimension: str) -> float:
@@ -209,13 +208,13 @@ def _other_kind(unit_text: str, unit: Unit, target: Unit) -> str:
     """Hint for a unit of the wrong dimension."""
     missing = tuple(wanted - power for wanted, power in zip(target.powers, unit.powers, strict=True))
     if target == unit_of("Hz") or target == unit_of("rad/s"):
-        return "Hz, rpm or rad/s" if missing == (0, 0, 0, 0, 1) else f'Hz, rpm or rad/s; "{unit_text}" is another kind of unit'
+        return "Hz, rpm or rad/s" if missing == (0, 0, 0, 0, 1) else f"Hz, rpm or rad/s; \"{unit_text}\" is another kind of unit"
     if target == unit_of("1/s"):
-        return "1/s, 1/min; Hz and rpm count turns" if missing == (0, 0, 0, 0, -1) else f'"{unit_text}" is another kind of unit'
+        return "1/s, 1/min; Hz and rpm count turns" if missing == (0, 0, 0, 0, -1) else f"\"{unit_text}\" is another kind of unit"
     if missing == (0, 1, -2, 0, 0):
-        return f'"{unit_text}" contains a mass instead of a force: use lbf for lb, kgf for kg'
+        return f"\"{unit_text}\" contains a mass instead of a force: use lbf for lb, kgf for kg"
     if missing == (0, -1, 2, 0, 0):
-        return f'"{unit_text}" contains a force instead of a mass: use lb for lbf, kg for kgf'
+        return f"\"{unit_text}\" contains a force instead of a mass: use lb for lbf, kg for kgf"
     if missing == (0, 0, 1, 0, 0) and target == unit_of("m"):
-        return f'"{unit_text}" is a velocity; a balance grade is written "G 6.3"'
-    return f'"{unit_text}" is another kind of unit'
+        return f"\"{unit_text}\" is a velocity; a balance grade is written \"G 6.3\""
+    return f"\"{unit_text}\" is another kind of unit"

@@ -21,7 +21,7 @@ class Unit(NamedTuple):
     def times(self, other: "Unit", power: int) -> "Unit":
         """Product of this unit and a power of another one."""
         powers = tuple(mine + power * theirs for mine, theirs in zip(self.powers, other.powers, strict=True))
-        return Unit(self.factor * other.factor**power, powers)
+        return Unit(self.factor * other.factor**power, powers) 
 
 
 ONE = Unit(Fraction(1), (0, 0, 0, 0, 0))

@@ -86,7 +86,6 @@ class _PartCompiler(Compiler):
         self.state.targetctx.insert_func_defn([(call_of(result.fndesc, result.library), name, result.fndesc.argtypes)])
         return result._replace(entry_point=name)
 
-
 # options of numba.njit for a function called only by compiled code, and for one called by Python
 HELPER = {
     "nogil": True,

@@ -61,9 +61,8 @@ def read_table(path: str | os.PathLike[str]) -> Coordinates:
     return _table(one_line(path), *rows_of(path, _COLUMNS, ("node", "direction"), "a coordinate table"))
 
 
-def rows_of(
-    path: Any, known: Sequence[str] | None, needed: Sequence[str], what: str
-) -> tuple[list[str], list[tuple[int, list[str]]]]:
+def rows_of(path: Any, known: Sequence[str] | None, needed: Sequence[str], what: str) -> tuple[list[str], list[tuple[int,
+list[str]]]]:
     """(column names, [(line number, cells)]) of a text of comma- or semicolon-separated values; known: allowed column names, or
     None if the caller checks them (their case is then kept).
 

@@ -77,7 +77,7 @@ def amounts_of(model: FiniteElementModel, unbalances: Sequence[Unbalance], speed
         return [float(item.amount) for item in unbalances]
     eccentricity = eccentricity_of_grade(str(graded[0].amount), speed)
     if eccentricity is None:
-        raise ValueError('an amount in kg m, or for a rotor that turns a grade such as "G 6.3" or "G 6.3 at 3000 rpm"')
+        raise ValueError("an amount in kg m, or for a rotor that turns a grade such as \"G 6.3\" or \"G 6.3 at 3000 rpm\"")
     whole = total_mass(model) * eccentricity
     shares = iter(_shares(model, graded, whole))
     return [next(shares) * whole if isinstance(item.amount, str) else float(item.amount) for item in unbalances]

@@ -59,10 +59,8 @@ def factors_of(body: Body, Psi: ArrayLike, Omega: ArrayLike, of: Callable[..., d
     if body.knots is not None:
         shares = body.knots.shares(Omega)
         made |= {
-            (name, i): factor[name] * shares[..., i]
-            for name in body.knots.parts
-            if name in factor
-            for i in range(shares.shape[-1])
+            (name, i): factor[name] * shares[..., i] for name in body.knots.parts if name in factor for i in
+            range(shares.shape[-1])
         }
     return made
 

@@ -82,7 +82,9 @@ def element(piece: Section, shear: bool = True) -> Element:
     return Element(*(0.5 * (matrix + matrix.T) for matrix in (mass, stiffness, 2.0 * turning)))
 
 
-def _shear_compliance(material: Material, area: FloatArray, hollow: FloatArray, bending: float, shear: bool) -> FloatArray:
+def _shear_compliance(
+    material: Material, area: FloatArray, hollow: FloatArray, bending: float, shear: bool
+) -> FloatArray:
     if not shear:
         return 0.0 * area
     return bending / (shear_factor(material.poisson, hollow) * material.shear_modulus * area)

@@ -165,8 +165,12 @@ class LoadedRotor(RotorModel):
         meaning="Acceleration of gravity along -z; the weight of every mass acts as constant load.",
     )
     load: tuple | None = declare(LOAD, None, meaning="Constant force on every coordinate (tilts: N m).")
-    allow_negative_damping: bool = declare(Flag(), False, meaning="Allow negative damping, which is otherwise refused.")
-    supports_by_speed: tuple | None = declare(by_speed.SUPPORTS_BY_SPEED, None, meaning=by_speed.MEANING, mirror=mirror.by_speed)
+    allow_negative_damping: bool = declare(
+        Flag(), False, meaning="Allow negative damping, which is otherwise refused."
+    )
+    supports_by_speed: tuple | None = declare(
+        by_speed.SUPPORTS_BY_SPEED, None, meaning=by_speed.MEANING, mirror=mirror.by_speed
+    )
 
 
 LOAD_GROUP = ((("gravity", "load"), ("gravity", 0.0)),)

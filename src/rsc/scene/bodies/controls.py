@@ -53,7 +53,9 @@ class MachineBearing(MagneticBearing):
 
 STATES = Later(Inner(PlacedStates).wanted, (Inner(PlacedStates),))
 STATES_MEANING = "First-order states between sensors and actuators: controllers, lags, viscoelastic supports."
-MACHINE_BEARINGS = Later(f"a list of [node, {{{NUMBERS}, sensor}}]", (Items(Listed((_NODE, Inner(MachineBearing)))),))
+MACHINE_BEARINGS = Later(
+    f"a list of [node, {{{NUMBERS}, sensor}}]", (Items(Listed((_NODE, Inner(MachineBearing)))),)
+)
 BEARINGS_MEANING = "Magnetic bearings with their controllers"
 
 

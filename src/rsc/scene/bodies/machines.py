@@ -59,7 +59,7 @@ def places_of(body: RawTable, contacts: Sequence[RawTable]) -> list[Any]:
     if not named:
         if body.values.get("model") == "shaft":
             where = "at" if body.name == "rotor" else "stator_at"
-            contacts[0].refuse(where, None, 'given: the position along the shaft, such as "330 mm"')
+            contacts[0].refuse(where, None, "given: the position along the shaft, such as \"330 mm\"")
         if single is None:
             body.refuse("contact", None, "given: a node", f"with several contacts give {key} in each [[contact]] instead")
         return [single]
@@ -123,19 +123,14 @@ def reduced(
         table.refuse(machine.key, machine.value, "a body that can be reduced", str(error))
     result = replace(results[-1], error=max(one.error for one in results))
     origin = f"{machine.origin}, contact at {shown(only_or_all(touching))}"
-    content = (
-        _content(result, rotor)
-        | _anisotropic(model, result)
-        | _until(machine, result)
-        | {
-            **control_content(machine.controls, model, result.basis),
-            "observers": [one_line(place) for place in observers],
-            "origin": one_line(origin)[:400],
-            "tolerance": tolerance,
-            "band": [low, high],
-            "speeds": [slowest, fastest],
-        }
-    )
+    content = _content(result, rotor) | _anisotropic(model, result) | _until(machine, result) | {
+        **control_content(machine.controls, model, result.basis),
+        "observers": [one_line(place) for place in observers],
+        "origin": one_line(origin)[:400],
+        "tolerance": tolerance,
+        "band": [low, high],
+        "speeds": [slowest, fastest],
+    }
     if model.speed is not None:
         content["coefficients_at"] = model.speed
     if rotor:

@@ -45,7 +45,7 @@ def read_body(models: Mapping[str, Any], table: RawTable, elsewhere: Any) -> Any
     name = table.values.get("model")
     if not isinstance(name, str) or name not in models:
         hint = nearest(name, list(models)) if isinstance(name, str) else ""
-        table.refuse("model", name, "one of " + ", ".join(f'"{model}"' for model in models), hint)
+        table.refuse("model", name, "one of " + ", ".join(f"\"{model}\"" for model in models), hint)
     section = models[name]
     values = read_table(section, table, elsewhere)
     if "rayleigh" in values and values["rayleigh"] is not None:

@@ -32,7 +32,7 @@ AGAINST = Keyed(dict.fromkeys(("node", "against"), PLACE))
 ROTOR_PLACE = Later("a node, [node, node, fraction of the distance], or {node = ..., against = ...}", (*PLACE.forms, AGAINST))
 AMOUNT = Number("unbalance")
 UNBALANCES = Later(
-    'a list of [node, amount in kg m or a grade such as "G 6.3" or "G 6.3 at 3000 rpm"] or [node, amount, angle in degrees]',
+    "a list of [node, amount in kg m or a grade such as \"G 6.3\" or \"G 6.3 at 3000 rpm\"] or [node, amount, angle in degrees]",
     (Sequence(Listed((NODE, AMOUNT))), Sequence(Listed((NODE, AMOUNT, Number("angle in degrees"))))),
 )
 LOADS = Later("a list of [node, [f_y, f_z] in N]", (Sequence(Listed((NODE, PairReader("force")))),))
@@ -45,10 +45,10 @@ BEARINGS = Later(
     (
         Sequence(Keyed(_SWITCHED)),
         *(
-            Sequence(Listed((node, *forms)))
-            for node in (NODE, Text())
-            for stiffness in (Number("stiffness"), COEFFICIENTS[0])
-            for forms in ((stiffness,), (stiffness, Number("damping")), (stiffness, COEFFICIENTS[1]))
+        Sequence(Listed((node, *forms)))
+        for node in (NODE, Text())
+        for stiffness in (Number("stiffness"), COEFFICIENTS[0])
+        for forms in ((stiffness,), (stiffness, Number("damping")), (stiffness, COEFFICIENTS[1]))
         ),
     ),
 )
@@ -143,9 +143,14 @@ class _Reduced(BodyModel):
         MatrixReader(), None, meaning="Cross-coupled damping Q, symmetric: B + i Q.", mirror=mirror.negative
     )
     anisotropic_stiffness: tuple | None = declare(
-        COMPLEX_MATRIX, None, meaning="Stiffness E that acts on the conjugate, complex symmetric, entries [real, imaginary]."
+        COMPLEX_MATRIX,
+        None,
+        meaning="Stiffness E that acts on the conjugate, complex symmetric, entries [real, imaginary].",
+        mirror=mirror.conjugates,
     )
-    anisotropic_damping: tuple | None = declare(COMPLEX_MATRIX, None, meaning="Damping C that acts on the conjugate.")
+    anisotropic_damping: tuple | None = declare(
+        COMPLEX_MATRIX, None, meaning="Damping C that acts on the conjugate.", mirror=mirror.conjugates
+    )
     observers: tuple = declare(Sequence(Text()), (), meaning="Names of the observed nodes.")
     observer_rows: tuple = declare(
         Sequence(Sequence(Number("dimensionless"))), (), meaning="Rows that give the displacement of every observed node."
@@ -245,7 +250,9 @@ class ReducedRotor(HasStates, _Reduced, RotorModel):
         REDUCED_BEARINGS, None, meaning=f"{BEARINGS_MEANING}, as [row of the actuator, row of the sensor, table of numbers]."
     )
     gyroscopic: tuple | None = declare(MatrixReader(), None, meaning="Gyroscopic matrix G, symmetric.")
-    rotating_damping: tuple | None = declare(MatrixReader(), None, meaning="Rotating damping D_i (r' - i Omega r), symmetric.")
+    rotating_damping: tuple | None = declare(
+        MatrixReader(), None, meaning="Rotating damping D_i (r' - i Omega r), symmetric."
+    )
     knot_speeds: tuple | None = declare(
         Sequence(Number("frequency")),
         None,
@@ -254,7 +261,9 @@ class ReducedRotor(HasStates, _Reduced, RotorModel):
     )
     stiffness_knots: tuple | None = declare(KNOTS, None, meaning=f"{MORE} stiffness.", mirror=mirror.reversed_order)
     damping_knots: tuple | None = declare(KNOTS, None, meaning=f"{MORE} damping.", mirror=mirror.reversed_order)
-    skew_stiffness_knots: tuple | None = declare(KNOTS, None, meaning=f"{MORE} cross-coupled stiffness.", mirror=mirror.turned)
+    skew_stiffness_knots: tuple | None = declare(
+        KNOTS, None, meaning=f"{MORE} cross-coupled stiffness.", mirror=mirror.turned
+    )
     skew_damping_knots: tuple | None = declare(KNOTS, None, meaning=f"{MORE} cross-coupled damping.", mirror=mirror.turned)
     anisotropic_stiffness_knots: tuple | None = declare(
         COMPLEX_KNOTS, None, meaning=f"{MORE} stiffness that acts on the conjugate.", mirror=mirror.reversed_conjugates
@@ -267,12 +276,16 @@ class ReducedRotor(HasStates, _Reduced, RotorModel):
     )
     stiffness_until: tuple | None = declare(KNOTS, None, meaning=f"{UNTIL} stiffness.")
     damping_until: tuple | None = declare(KNOTS, None, meaning=f"{UNTIL} damping.")
-    skew_stiffness_until: tuple | None = declare(KNOTS, None, meaning=f"{UNTIL} cross-coupled stiffness.", mirror=mirror.negative)
+    skew_stiffness_until: tuple | None = declare(
+        KNOTS, None, meaning=f"{UNTIL} cross-coupled stiffness.", mirror=mirror.negative
+    )
     skew_damping_until: tuple | None = declare(KNOTS, None, meaning=f"{UNTIL} cross-coupled damping.", mirror=mirror.negative)
     anisotropic_stiffness_until: tuple | None = declare(
-        COMPLEX_KNOTS, None, meaning=f"{UNTIL} stiffness that acts on the conjugate."
+        COMPLEX_KNOTS, None, meaning=f"{UNTIL} stiffness that acts on the conjugate.", mirror=mirror.each_conjugates
     )
-    anisotropic_damping_until: tuple | None = declare(COMPLEX_KNOTS, None, meaning=f"{UNTIL} damping that acts on the conjugate.")
+    anisotropic_damping_until: tuple | None = declare(
+        COMPLEX_KNOTS, None, meaning=f"{UNTIL} damping that acts on the conjugate.", mirror=mirror.each_conjugates
+    )
     unbalance: tuple = declare(Sequence(PairReader("unbalance")), meaning="Unbalance of every coordinate, multiplied by Omega^2.")
     load: tuple = declare(LOAD, meaning="Constant force on every coordinate.")
     allow_negative_damping: bool = declare(Flag(), False, meaning="Allow negative damping.")

@@ -31,7 +31,9 @@ MATERIALS = {
 }
 _NAMED = Choice(tuple(MATERIALS))
 _GIVEN = Keyed({"density": Number("density"), "youngs_modulus": Number("modulus"), "poisson": Number("dimensionless")})
-MATERIAL = Later(f'{_NAMED.wanted}, or {{density = "7850 kg/m^3", youngs_modulus = "210 GPa", poisson = 0.3}}', (_NAMED, _GIVEN))
+MATERIAL = Later(
+    f"{_NAMED.wanted}, or {{density = \"7850 kg/m^3\", youngs_modulus = \"210 GPa\", poisson = 0.3}}", (_NAMED, _GIVEN)
+)
 _FOUR_STIFFNESSES, _FOUR_DAMPINGS = COEFFICIENTS
 STIFFNESS = Later("a number in N/m, or [yy, yz, zy, zz]", (Number("stiffness"), _FOUR_STIFFNESSES))
 DAMPING = Later("a number in N s/m, or [yy, yz, zy, zz]", (Number("damping"), _FOUR_DAMPINGS))
@@ -124,7 +126,7 @@ class UnbalanceKeys:
 
     at: object = declare(PLACE, meaning="Position of its plane.")
     amount: object = declare(
-        Later('an amount in kg m, or a grade such as "G 6.3" or "G 6.3 at 3000 rpm"', (Number("unbalance"), Text())),
+        Later("an amount in kg m, or a grade such as \"G 6.3\" or \"G 6.3 at 3000 rpm\"", (Number("unbalance"), Text())),
         meaning="Amount, or a balance grade for the whole rotor, which is divided if two planes have it.",
     )
     angle: float = declare(Number("angle in degrees", low=-1e6, high=1e6), 0.0, meaning="Angle ahead of the rotor's y axis.")
@@ -182,7 +184,7 @@ class ShaftRotor(_Shaft):
     states: object = declare(STATES, None, meaning=STATES_MEANING)
     unbalance: object = declare(
         Later(
-            'a list of tables {at, amount, angle}, or a grade such as "G 6.3" or "G 6.3 at 3000 rpm" for the whole rotor',
+            "a list of tables {at, amount, angle}, or a grade such as \"G 6.3\" or \"G 6.3 at 3000 rpm\" for the whole rotor",
             (Text(), Tables(UnbalanceKeys)),
         ),
         (),

@@ -200,7 +200,7 @@ def _grade(table: RawTable, key: str, raw: str) -> float:
     """Eccentricity in m permitted by a balance grade at the speed it names, else at the largest of the drive."""
     grade = eccentricity_of_grade(raw, table.fastest)
     if grade is None:
-        table.refuse(key, raw, 'a grade such as "G 6.3" or "G 6.3 at 3000 rpm", for a rotor that turns')
+        table.refuse(key, raw, "a grade such as \"G 6.3\" or \"G 6.3 at 3000 rpm\", for a rotor that turns")
         raise AssertionError
     return grade
 
@@ -273,7 +273,7 @@ def _refuse_fast(table: RawTable, diameter: float) -> None:
     surface = np.pi * diameter * abs(table.fastest)
     if surface > FASTEST:
         wanted = f"so slow that the surface of the shaft, {_mm(diameter)} in diameter, moves at {FASTEST:g} m/s at most"
-        hint = f'at {table.fastest:g} Hz it has {surface:.4g} m/s: a number without a unit is in Hz, write "9000 rpm"'
+        hint = f"at {table.fastest:g} Hz it has {surface:.4g} m/s: a number without a unit is in Hz, write \"9000 rpm\""
         raise SceneError(table.file, "drive.speed", float(table.fastest), wanted, hint)
 
 

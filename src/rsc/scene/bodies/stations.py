@@ -63,5 +63,5 @@ def refuse_stations(table: RawTable, values: Mapping[str, Any]) -> None:
     """SceneError for a position along a body that is not a shaft (for shafts it has been replaced by a node)."""
     for name, key in KEYS.items():
         if values[key] is not None:
-            hint = f'the {name} does not have model "shaft": give {name}_coordinate or {name}_node'
+            hint = f"the {name} does not have model \"shaft\": give {name}_coordinate or {name}_node"
             table.refuse(key, table.values[key], "left out", hint)

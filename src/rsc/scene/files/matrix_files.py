@@ -88,11 +88,11 @@ def read_matrix_file(table: RawTable, key: str, name: str) -> tuple[tuple[float,
     try:
         matrices = read_matrices(path, MAX_FILE_BYTES, MAX_FILE_BYTES).matrices
     except DataError as error:
-        table.refuse(key, name, f'a file with a real square matrix "{key}"', error.problem)
+        table.refuse(key, name, f"a file with a real square matrix \"{key}\"", error.problem)
     matrix: Any = matrices.get(key, matrices.get(path.stem) if len(matrices) == 1 else None)  # some formats have no names
     problem = _problem_of(matrix, matrices)
     if problem:
-        table.refuse(key, name, f'a file with a real square matrix "{key}"', problem)
+        table.refuse(key, name, f"a file with a real square matrix \"{key}\"", problem)
     matrix = matrix.toarray() if scipy.sparse.issparse(matrix) else matrix
     sizes = np.abs(matrix[matrix != 0.0])
     if not np.all((sizes >= SMALLEST) & (sizes <= LARGEST)):

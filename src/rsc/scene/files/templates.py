@@ -3,7 +3,7 @@
 from rsc.errors import SceneError, nearest, shown
 from rsc.scene.files.machine_templates import MACHINES, machine_template
 
-_LAVAL = """\
+_LAVAL = '''\
 # A Laval rotor in an elastically held ring. Plain numbers are SI, frequencies and rotor speeds Hz; any quantity may be
 # a text with a unit instead: "0.2 mm", "3000 rpm", "2 kN/m".
 title = "Laval rotor in a light stator"
@@ -21,9 +21,9 @@ model = "laval"                 # or "rigid" (no other keys), "chain", "matrices
 mass = 0.25
 frequency = 150.0
 damping_ratio = 0.1
-"""
+'''
 
-_DISK = """\
+_DISK = '''\
 # One disk with gyroscopics on a flexible shaft: displacement (coordinate 0) and tilt (coordinate 1). Plain numbers are
 # SI, frequencies and rotor speeds Hz; any quantity may be a text with a unit instead: "0.2 mm", "3000 rpm".
 title = "Disk with gyroscopics in a light stator"
@@ -44,9 +44,9 @@ model = "laval"                 # or "rigid" (no other keys), "chain", "matrices
 mass = 0.1
 stiffness = 42e3
 damping = 24.0
-"""
+'''
 
-_CHAIN = """\
+_CHAIN = '''\
 # Disks in a row between two walls, in a stator that is also a row of masses. Plain numbers are SI, frequencies and
 # rotor speeds Hz; any quantity may be a text with a unit instead: "0.2 mm", "3000 rpm", "2 kN/m".
 title = "Three disks in a chain, contact at the middle one"
@@ -64,9 +64,9 @@ model = "chain"                 # or "rigid" (no other keys), "laval", "matrices
 masses = [0.3, 0.2]
 stiffnesses = ["600 kN/m", "600 kN/m", 0.0]
 damping_ratio = 0.1
-"""
+'''
 
-_MATRICES = """\
+_MATRICES = '''\
 # Any rotor and stator, given by their matrices in SI (a tilt coordinate is an angle in rad). A matrix is a nested list
 # or a file in the folder of the scene: "machine.npz" or "machine.mat" (array named like the key), "mass.mtx" (Matrix Market).
 title = "Rotor and stator given by matrices"
@@ -86,9 +86,9 @@ model = "matrices"              # or "rigid" (no other keys), "laval", "chain"
 mass = [[0.1, 0.0], [0.0, 3.0]]
 stiffness = [[58e3, -58e3], [-58e3, 110e3]]
 rayleigh = [0.0, 5.5e-4]
-"""
+'''
 
-_CONTACT = """
+_CONTACT = '''
 [contact]
 {coordinates}gap = "1 mm"
 friction = {friction}
@@ -109,7 +109,7 @@ rtol = 1e-6
 
 [output]
 rate = 2000                     # samples per second
-"""
+'''
 
 _STARTS = {
     "whirl": """# does a whirl persist? Start on a predicted one; whether the rotor gets there: rsc new {model} --start rest

@@ -179,4 +179,4 @@ def read_table(section: type, table: RawTable, elsewhere: Callable[[str], str] |
 
 def _title(section: type, table: RawTable) -> str:
     model = getattr(section, "model", None)
-    return (table.place or f"[{table.name}]") + (f' with model "{model}"' if model else "")
+    return (table.place or f"[{table.name}]") + (f" with model \"{model}\"" if model else "")

@@ -1,7 +1,7 @@
-"""The mirror image of a scene, z -> -z: the same machine seen from the other end of its shaft, turning the other way.
+"""The mirror image of a scene, y -> -y: the same machine seen from the other end of its shaft, turning the other way.
 
-Complex quantities are conjugated, as their readers imply; speeds and frequencies change sign, and so does what is cross-coupled,
-as stated where these keys are declared (`mirror`).
+The weight acts along -z in both. A vector y + i z becomes -y + i z, as the readers of pairs and polar amounts imply; speeds and
+frequencies change sign, and so does what is cross-coupled, as stated where these keys are declared (`mirror`).
 """
 
 from collections.abc import Mapping
@@ -24,13 +24,18 @@ def _mirrored(metadata: Mapping[str, Any], value: Any) -> Any:
 
 
 def _as_read(reader: Any, value: Any) -> Any:
-    """A plain value, conjugated if its reader is for complex values."""
+    """A plain value; minus its conjugate if its reader is for vectors.
+
+    A negative amount keeps every digit, as 180 degrees less the angle would not.
+    """
     if isinstance(reader, Later):  # resolved scenes have the last, most complete form
         return _as_read(reader.forms[-1], value)
     if isinstance(reader, Sequence):
         return [_as_read(reader.item, item) for item in value]
-    if isinstance(reader, PairReader) or (isinstance(reader, PolarReader) and isinstance(value, list)):
-        return [value[0], 0.0 - value[1]]
+    if isinstance(reader, PairReader):
+        return [0.0 - value[0], value[1]]
+    if isinstance(reader, PolarReader):
+        return [0.0 - value[0], 0.0 - value[1]] if isinstance(value, list) else 0.0 - value
     return value
 
 
@@ -51,9 +56,19 @@ def reversed_order(items: list[Any]) -> list[Any]:
     return items[::-1]
 
 
+def conjugates(matrix: list[Any]) -> list[Any]:
+    """Mirror a matrix of pairs [real, imaginary], which acts on the conjugate of a vector."""
+    return [[[real, 0.0 - imag] for real, imag in row] for row in matrix]
+
+
+def each_conjugates(items: list[Any]) -> list[Any]:
+    """Mirror a list of such matrices."""
+    return [conjugates(matrix) for matrix in items]
+
+
 def reversed_conjugates(items: list[Any]) -> list[Any]:
     """Mirror a list of matrices of pairs [real, imaginary], one per rotor speed, whose sign changes."""
-    return [[[[real, 0.0 - imag] for real, imag in row] for row in matrix] for matrix in items[::-1]]
+    return each_conjugates(items[::-1])
 
 
 def schedule(corners: list[list[float]]) -> list[list[float]]:

@@ -67,7 +67,7 @@ class Eccentricity(Number):
     @property
     def wanted(self) -> str:
         """The allowed forms in words."""
-        return f'{super().wanted}, or for a rotor that turns a balance grade such as "G 6.3" or "G 6.3 at 3000 rpm"'
+        return f"{super().wanted}, or for a rotor that turns a balance grade such as \"G 6.3\" or \"G 6.3 at 3000 rpm\""
 
     def read(self, table: RawTable, key: str, raw: Any) -> float:
         """The length in m."""
@@ -121,7 +121,7 @@ class Choice:
     @property
     def wanted(self) -> str:
         """The allowed names in words."""
-        return "one of " + ", ".join(f'"{name}"' for name in self.names)
+        return "one of " + ", ".join(f"\"{name}\"" for name in self.names)
 
     def read(self, table: RawTable, key: str, raw: Any) -> str:
         """The name."""

@@ -22,18 +22,22 @@ class Clearance:
     """[[clearance]]: a location of the rotor, relative to ground or to a location of the stator."""
 
     name: str = declare(Name(), meaning="Its name, in reports and as `clearance.NAME.gap`.")
-    gap: float = declare(Number("length", above=0.0), meaning="Radial gap of the centred rotor, half the diametral clearance.")
+    gap: float = declare(
+        Number("length", above=0.0), meaning="Radial gap of the centred rotor, half the diametral clearance."
+    )
     rotor_coordinate: int | None = declare(
         Integer(0, MAX_COORDINATES), None, meaning="Number of the rotor coordinate, counted from 0."
     )
-    rotor_node: str | None = declare(PLACE, None, meaning="Node of the rotor in a finite-element model; it becomes an observer.")
+    rotor_node: str | None = declare(
+        PLACE, None, meaning="Node of the rotor in a finite-element model; it becomes an observer."
+    )
     stator_coordinate: int | None = declare(
         Integer(0, MAX_COORDINATES), None, meaning="Number of the stator coordinate; by default the ground."
     )
     stator_node: str | None = declare(PLACE, None, meaning="Node of the stator in a finite-element model.")
 
-    at: object = declare(STATION, None, meaning='Position along a rotor with model "shaft".')
-    stator_at: object = declare(STATION, None, meaning='Position along a stator with model "shaft".')
+    at: object = declare(STATION, None, meaning="Position along a rotor with model \"shaft\".")
+    stator_at: object = declare(STATION, None, meaning="Position along a stator with model \"shaft\".")
 
     one_of = ((("rotor_coordinate", "rotor_node", "at"), None), (("stator_coordinate", "stator_node", "stator_at"), OPTIONAL))
 

@@ -51,11 +51,11 @@ class Contact:
         Integer(0, MAX_COORDINATES), 0, meaning="Number of the stator coordinate in contact, counted from 0."
     )
     rotor_node: object = declare(
-        ROTOR_NODE, None, meaning='For a rotor with model "machine" and several contacts: the node in contact.'
+        ROTOR_NODE, None, meaning="For a rotor with model \"machine\" and several contacts: the node in contact."
     )
-    stator_node: object = declare(PLACE, None, meaning='For a stator with model "machine": the node in contact.')
-    at: object = declare(STATION, None, meaning='For a rotor with model "shaft": position of the contact; sets `diameter`.')
-    stator_at: object = declare(STATION, None, meaning='For a stator with model "shaft": position of the contact.')
+    stator_node: object = declare(PLACE, None, meaning="For a stator with model \"machine\": the node in contact.")
+    at: object = declare(STATION, None, meaning="For a rotor with model \"shaft\": position of the contact; sets `diameter`.")
+    stator_at: object = declare(STATION, None, meaning="For a stator with model \"shaft\": position of the contact.")
     gap: float = declare(
         Number("length", above=0.0, hint="the contact direction is undefined at zero gap"),
         None,

@@ -15,7 +15,7 @@ RETIRED_METHODS = {"verner76": "taylor8"}
 class Solver:
     """[solver]: method, relative tolerance, step limit and amplitude in gaps that counts as divergence."""
 
-    method: str = declare(Choice(METHODS), METHODS[0], meaning='Integration method; "auto" is "taylor8".')
+    method: str = declare(Choice(METHODS), METHODS[0], meaning="Integration method; \"auto\" is \"taylor8\".")
     rtol: float = declare(
         Number("dimensionless", low=1e-13, high=1e-1), 1e-6, meaning="Tolerance of the error of a step, relative to the gap."
     )
@@ -59,5 +59,5 @@ def read_solver(table: RawTable, elsewhere: Any) -> Solver:
     """Read [solver]."""
     method = table.values.get("method")
     if isinstance(method, str) and method in RETIRED_METHODS:
-        table.refuse("method", method, Choice(METHODS).wanted, f'it no longer exists; use "{RETIRED_METHODS[method]}"')
+        table.refuse("method", method, Choice(METHODS).wanted, f"it no longer exists; use \"{RETIRED_METHODS[method]}\"")
     return read_table(Solver, table, elsewhere).made(Solver)

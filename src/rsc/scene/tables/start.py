@@ -47,12 +47,14 @@ class Start:
         Flag(), None, meaning="true: steady motion due to unbalance and load without contact, at the initial speed."
     )
     whirl: str | float | None = declare(
-        Later('"backward" or a frequency in Hz', (Choice(("backward",)), FREQUENCY)),
+        Later("\"backward\" or a frequency in Hz", (Choice(("backward",)), FREQUENCY)),
         None,
         meaning="Start on a predicted whirl: the stable one of largest amplitude, or the one closest to a frequency.",
         mirror=mirror.negative,
     )
-    rotor: tuple[complex, ...] = declare(_DISPLACEMENT, None, meaning="Displacements of the rotor at time 0, m (tilts: rad).")
+    rotor: tuple[complex, ...] = declare(
+        _DISPLACEMENT, None, meaning="Displacements of the rotor at time 0, m (tilts: rad)."
+    )
     rotor_velocity: tuple[complex, ...] = declare(
         _VELOCITY, None, meaning="Velocities of the rotor at time 0, m/s (tilts: rad/s)."
     )
@@ -77,12 +79,14 @@ class Start:
 
     @property
     def kind(self) -> str:
-        """ "rest", "centre", "running", "whirl" or "state"."""
+        """"rest", "centre", "running", "whirl" or "state"."""
         return next((key for key in KINDS if getattr(self, key) is not None), "state")
 
     def on_whirl(self, frequency: float) -> "Start":
         """The start on the predicted whirl closest to a frequency in Hz, with any penetration and without an impulse."""
-        return replace(self, rest=None, centre=None, running=None, whirl=frequency, impulse=0j, allow_penetration=True)
+        return replace(
+            self, rest=None, centre=None, running=None, whirl=frequency, impulse=0j, allow_penetration=True
+        )
 
     def with_states(self, numbers: Sequence[int]) -> "Start":
         """The start of a rotor with only some of its first-order states, given by their numbers."""
@@ -148,7 +152,7 @@ def _read_first_order(table: RawTable, key: str, raw: Any, count: int) -> tuple[
 def _read_whirl(table: RawTable, raw: Any) -> str | float:
     if isinstance(raw, str) and raw.strip()[:1].isalpha():
         if raw != "backward":
-            table.refuse("whirl", raw, '"backward" or a frequency in Hz')
+            table.refuse("whirl", raw, "\"backward\" or a frequency in Hz")
         return raw
     return FREQUENCY.read(table, "whirl", raw)
 

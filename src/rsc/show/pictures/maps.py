@@ -118,7 +118,9 @@ def plot_classes(
 
 
 @default_settings()
-def plot_values(x: Side, y: Side, values: ArrayLike, *, quantity: str, unit: str, title: str, axes: Axes | None = None) -> Figure:
+def plot_values(
+    x: Side, y: Side, values: ArrayLike, *, quantity: str, unit: str, title: str, axes: Axes | None = None
+) -> Figure:
     """A map of one quantity, darker where larger, with contour lines on round values; where it differs by decades, which it does
     in jumps, the colours are logarithmic and there are no lines.
 

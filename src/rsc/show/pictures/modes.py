@@ -37,11 +37,8 @@ def model_text(modes, model, speed):
     lines = [f"{one_line(model.source)}, as it was read", told]
     rows = [
         (
-            exact(f"{mode.frequency:.5g}", mode.frequency),
-            f"{60.0 * mode.frequency:.5g}",
-            _number(mode.decrement, "+.4g"),
-            f"{mode.growth_rate:+.4g}",
-            "",
+            exact(f"{mode.frequency:.5g}", mode.frequency), f"{60.0 * mode.frequency:.5g}", _number(mode.decrement, "+.4g"),
+            f"{mode.growth_rate:+.4g}", "",
         )
         for mode in modes
     ]

@@ -185,14 +185,14 @@ def machine(scene: Any, ax: Axes | None, style: dict[str, Any]) -> Axes:
     """The rotor of a scene by its stations."""
     picture = drawing(scene)
     if picture is None:
-        raise SceneError("plot", "rotor", scene.rotor.model, 'given by its stations, model "shaft", for a drawing')
+        raise SceneError("plot", "rotor", scene.rotor.model, "given by its stations, model \"shaft\", for a drawing")
     return on_axes(picture, ax, style)
 
 
 def mode_shape(modes: Any, mode: int, ax: Axes | None, style: dict[str, Any]) -> Axes:
     """The shape of a mode of the rotor of `rsc.Modes`."""
     if not modes.shapes:
-        raise SceneError("plot", "mode", mode, 'a mode of a rotor that was given by its stations, model "shaft"')
+        raise SceneError("plot", "mode", mode, "a mode of a rotor that was given by its stations, model \"shaft\"")
     if not 0 <= mode < len(modes.shapes):
         raise SceneError("plot", "mode", mode, f"a whole number from 0 to {len(modes.shapes) - 1}")
     picture = shape(modes, mode)

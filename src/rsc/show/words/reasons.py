@@ -17,16 +17,17 @@ def percent(share):
 WORDS = {
     Code.FEW_PERIODS: lambda count: f"{count:.1f} periods in a window",
     Code.SHORT: lambda why: why,
-    Code.TOO_FAST: lambda turning, rate: (
-        f"contact turns at {frequency_text(turning, '.4g')}, beyond half of output.rate = {rate:g} Hz"
-    ),
+    Code.TOO_FAST: lambda turning, rate: f"contact turns at {frequency_text(turning, '.4g')}, beyond half of output.rate = "
+    f"{rate:g} Hz",
     Code.TOO_FAR: ("too far from a steady motion: ", lambda effect, size: f"{effect} ({percent(size)})"),
     Code.STILL_RINGS: lambda rate, since: f"too far from a steady motion: decays at {rate:.2g} 1/s since {since:.4g} s",
     Code.COVERED: ("covered by ", lambda effect, size: f"{effect} ({percent(size)})"),
     Code.DECAYS: lambda unit, rate, since, remains: (
         f"decays at {rate:.2g} 1/s since {since:.4g} {unit}, up to {percent(remains)} remain"
     ),
-    Code.DEPARTURE: lambda rate, grown: f"covered by departure from an unstable whirl (at {rate:.2g} 1/s up to {percent(grown)})",
+    Code.DEPARTURE: lambda rate, grown: (
+        f"covered by departure from an unstable whirl (at {rate:.2g} 1/s up to {percent(grown)})"
+    ),
     Code.MUST_BE_LEFT: lambda: "near a whirl that is unstable and must have been left",
     Code.NONE_WITH_SO_MUCH: lambda cause, share: f"no steady whirl with more than {100 * share:.0f} % of the {cause}",
     Code.OF_STATOR: lambda: "of the stator",

@@ -296,7 +296,9 @@ def _constants(system: System) -> Constants:
     return Constants(
         n=len(inverse),
         stiffness=_real(terms["stiffness"] + 1j * terms["skew_stiffness"], terms["anisotropic_stiffness"]),
-        damping=_real(terms["damping"] + terms["rotating_damping"] + 1j * terms["skew_damping"], terms["anisotropic_damping"]),
+        damping=_real(
+            terms["damping"] + terms["rotating_damping"] + 1j * terms["skew_damping"], terms["anisotropic_damping"]
+        ),
         turning_stiffness=_real(1j * terms["rotating_damping"], zero),
         turning_damping=_real(1j * terms["gyroscopic"], zero),
         unbalance=inverse @ np.concatenate([system.rotor.unbalance, still]),

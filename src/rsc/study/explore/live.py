@@ -241,3 +241,5 @@ class Job:
 
 class _Stopped(Exception):
     """Another list is wanted."""
+
+

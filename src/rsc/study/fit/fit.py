@@ -119,10 +119,9 @@ def fit(
     0.2
     """
     only_one(scene.contacts)
-    scene = scene.turning_forward()
     names = (free,) if isinstance(free, str) else tuple(free)
     values = free_values(scene, names, priors or {})
-    run: Any = measured_run(measured, scene)
+    run: Any = measured_run(measured, scene.turning_forward())
     models = Models(scene, seen_of(run), values, threads)
     return fitted_models(models, note)
 

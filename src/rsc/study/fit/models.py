@@ -52,8 +52,12 @@ class Models:
             self._slow = np.quantile(speed, SLOW)
 
     def scene_of(self, values: Values) -> Scene:
-        """The scene with values at some coordinates; SceneError where there is none."""
+        """The scene with values at some coordinates, turning as it was given; SceneError where there is none."""
         return with_entries(self.scene, {one.name: one.value(u) for one, u in zip(self.free, values.tolist(), strict=True)})
+
+    def _forward(self, values: Values) -> Scene:
+        """The same as it is measured: turning forward."""
+        return self.scene_of(values).turning_forward()
 
     def predicted(self, points: NDArray[np.float64], windows: NDArray[np.intp]) -> PredictedFeatures:
         """What scenes at points (k, n_free) predict in some windows: of their whirls those next to the measured frequencies."""
@@ -62,7 +66,7 @@ class Models:
         places, scenes = [], []
         for i, values in enumerate(points):
             try:
-                scenes.append(self.scene_of(values))
+                scenes.append(self._forward(values))
             except SceneError:  # values that do not go together
                 continue
             places.append(i)
@@ -121,7 +125,7 @@ class Models:
         speeds = np.interp([begin, *corners, end], measured.drive.time, measured.drive.speed).tolist()
         times = [0.0] + [time - begin + lead for time in (begin, *corners, end)]
         frequency = float(seen.lines.frequency[span.own][0])
-        scene = self.scene_of(values)
+        scene = self._forward(values)
         start = scene.start.on_whirl(frequency)
         return replace(scene, drive=Drive.along(tuple(times), (speeds[0], *speeds)), start=start, output=measured.output)
 

@@ -108,7 +108,9 @@ def _with_unbalance(system: System, whirl: Any) -> float:
         return math.nan
 
 
-def _turning(system: System, rotor: NDArray[np.complex128], stator: NDArray[np.complex128], Psi: float) -> InitialState:
+def _turning(
+    system: System, rotor: NDArray[np.complex128], stator: NDArray[np.complex128], Psi: float
+) -> InitialState:
     """The state of a motion with these shapes that turns at Psi in rad/s."""
     states = states_of(system.joined(), Psi, np.concatenate([rotor, stator])) if system.n_states else None
     return InitialState(rotor, 1j * Psi * rotor, stator, 1j * Psi * stator, states=states)

@@ -38,16 +38,8 @@ IMPULSE_DIRECTIONS, IMPULSE_SIZES, HALVINGS = 8, np.geomspace(0.01, 1.0, 25), 6
 DEPART, MOST_BLOCKS, ROUNDING = 7.0, 600, 1e-6
 
 
-@takes(
-    scene=SCENE,
-    speed=optional(SPEED),
-    starts=WHOLE,
-    seed=WHOLE,
-    smallest=FLAG,
-    largest=optional(IMPULSE),
-    threads=optional(WHOLE),
-    note=FUNCTION,
-)
+@takes(scene=SCENE, speed=optional(SPEED), starts=WHOLE, seed=WHOLE, smallest=FLAG, largest=optional(IMPULSE),
+       threads=optional(WHOLE), note=FUNCTION)
 def motions(
     scene: Scene,
     speed: float | str | None = None,

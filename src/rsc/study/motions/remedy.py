@@ -103,15 +103,8 @@ def harmful_of(listed: Motions) -> list[LastingMotion]:
     return [motion for motion in listed.motions if motion.motion in HARMFUL]
 
 
-@takes(
-    scene=SCENE,
-    speed=optional(SPEED),
-    starts=WHOLE,
-    seed=WHOLE,
-    largest=optional(IMPULSE),
-    threads=optional(WHOLE),
-    note=FUNCTION,
-)
+@takes(scene=SCENE, speed=optional(SPEED), starts=WHOLE, seed=WHOLE, largest=optional(IMPULSE), threads=optional(WHOLE),
+       note=FUNCTION)
 def remedy(
     scene: Scene,
     speed: float | str | None = None,
@@ -198,13 +191,7 @@ class _Remedying:
     """The search for remedies of a scene at one speed."""
 
     def __init__(
-        self,
-        scene: Scene,
-        speed: float,
-        starts: int,
-        seed: int,
-        largest: float | None,
-        threads: int | None,
+        self, scene: Scene, speed: float, starts: int, seed: int, largest: float | None, threads: int | None,
         note: Callable[[int, int], object],
     ) -> None:
         self._scene, self._speed, self._starts, self._seed = scene, speed, starts, seed

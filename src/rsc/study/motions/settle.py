@@ -149,6 +149,7 @@ class Settling:
         end = End(motion, course.steady, settled, shot.state(), shot.turns, course.time, course.touched)
         return replace(end, motion=home.motion, settled=True) if home else end
 
+
     def _stays_clear(self, shot: Shot) -> bool:
         """Whether a run cannot touch again."""
         if not self._clear.known:

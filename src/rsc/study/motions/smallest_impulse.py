@@ -86,15 +86,8 @@ _COLUMNS = (
 )  # fmt: skip
 
 
-@takes(
-    scene=SCENE,
-    speed=optional(SPEED),
-    directions=WHOLE,
-    largest=optional(IMPULSE),
-    contact=optional(TEXT),
-    threads=optional(WHOLE),
-    note=FUNCTION,
-)
+@takes(scene=SCENE, speed=optional(SPEED), directions=WHOLE, largest=optional(IMPULSE), contact=optional(TEXT),
+       threads=optional(WHOLE), note=FUNCTION)
 def smallest_impulse(
     scene: Scene,
     speed: float | str | None = None,
@@ -156,7 +149,7 @@ def smallest_impulse(
     place = _place(scene, contact)
     if scene.drive.speed[0] < 0.0:
         mirror = smallest_impulse(scene.mirrored(), None, directions, size, contact=contact, threads=threads, note=note)
-        direction, heavy_spot = -mirror.direction % 360.0, -mirror.heavy_spot % 360.0
+        direction, heavy_spot = (180.0 - mirror.direction) % 360.0, (180.0 - mirror.heavy_spot) % 360.0
         return replace(mirror, speed=-mirror.speed, direction=direction, heavy_spot=heavy_spot, frequency=-mirror.frequency)
     search = Search(scene, scene.drive.speed[0], size, threads, note)
     initial_state(search.scene.with_values({"start.running": True}), search.system)  # refused where it would touch

@@ -162,7 +162,7 @@ def _refuse(scenes: list[Scene], threads: int | None, on_error: str) -> None:
     if threads is not None and threads < 1:
         raise SolverError(f"threads = {threads!r}: must be a whole number from 1")
     if on_error not in ("raise", "keep"):
-        raise SolverError(f'on_error = {on_error!r}: must be "raise" or "keep"')
+        raise SolverError(f"on_error = {on_error!r}: must be \"raise\" or \"keep\"")
 
 
 def _misfit(scene: Scene, i: int, first: Scene) -> SceneError | None:

@@ -199,7 +199,7 @@ def _on_whirls(scenes: Sequence[Scene], systems: Sequence[System]) -> list[Initi
     if system.n_states:
         shapes = np.concatenate([rotor, stator], axis=1)
         moving += [np.zeros((len(chosen), 1)), states_of(system.at(place[chosen]).joined(), Psi[chosen], shapes)]
-    parts = (np.where(mirrors[place[chosen], None], part.conj(), part) for part in moving)
+    parts = (np.where(mirrors[place[chosen], None], -part.conj(), part) for part in moving)
     states = (InitialState(*state) for state in zip(*parts, strict=True))
     return [i if isinstance(i, SceneError) else next(states) for i in outcomes]
 

@@ -142,7 +142,6 @@ def load_dataset(path: str | os.PathLike[str]) -> Labelled:
     SceneError
         Its scene, or a value that was varied in it, cannot be.
     """
-
     def table(head: Mapping[str, str]) -> dict[str, Array]:
         kinds, axes = head["computed"].split(","), dict(pair.split(":") for pair in head["axes"].split(" "))
         if not set(kinds) <= set(KINDS) or not axes:

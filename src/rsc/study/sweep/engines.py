@@ -198,7 +198,7 @@ def dask_client(address: str) -> Iterator[Executor]:
     try:
         from distributed import Client
     except ImportError:
-        raise SolverError('--scheduler needs dask.distributed: pip install "rotor-stator-contact[cluster]"') from None
+        raise SolverError("--scheduler needs dask.distributed: pip install \"rotor-stator-contact[cluster]\"") from None
     where = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
     with _no_logs():
         try:

@@ -26,7 +26,9 @@ _DISTRIBUTIONS = ("normal", "uniform")
 _FORMS = "FROM:TO:NUMBER, log:FROM:TO:NUMBER, A,B,C, normal:MEAN:DEVIATION or uniform:FROM:TO"
 
 
-@takes(scene=SCENE, vary=optional(NAMED), zipped=FLAG, random=WHOLE, sobol=WHOLE, seed=WHOLE, table=optional(PATH), most=WHOLE)
+@takes(
+    scene=SCENE, vary=optional(NAMED), zipped=FLAG, random=WHOLE, sobol=WHOLE, seed=WHOLE, table=optional(PATH), most=WHOLE
+)
 def cases(
     scene: Scene,
     vary: Mapping[str, Any] | None = None,
