@@ -90,7 +90,7 @@ class SwitchedOff:
         return with_parts.with_other_states(self.states) if self.states else with_parts
 
     def mirrored(self) -> "SwitchedOff":
-        """The same in the mirror image z -> -z."""
+        """The same in the mirror image y -> -y."""
         parts = {name: -part if name in SKEW else np.conj(part) for name, part in self.parts.items()}
         return replace(self, parts=parts)
 
@@ -278,9 +278,9 @@ class System:
         return replace(self, contacts=(replace(contact, law=replace(contact.law, friction=friction)),))
 
     def mirrored(self) -> "System":
-        """The system in the mirror image z -> -z, where the rotor turns the other way."""
+        """The system in the mirror image y -> -y, where the rotor turns the other way."""
         contacts = tuple(
-            replace(contact, ring=np.conj(contact.ring), offset=np.conj(contact.offset)) for contact in self.contacts
+            replace(contact, ring=-np.conj(contact.ring), offset=-np.conj(contact.offset)) for contact in self.contacts
         )
         rotor, stator = (body.mirror() for body in self.bodies)
         switched = tuple(one.mirrored() for one in self.switched)

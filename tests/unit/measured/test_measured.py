@@ -45,7 +45,7 @@ def test_two_probes_and_a_keyphasor_give_the_motion_back(tmp_path, angles):
 
 
 def test_a_shaft_that_turns_the_other_way_is_told_from_the_other_side(tmp_path):
-    path = written(tmp_path, TIME, MOTION.conj(), pulses_of(TURNS), more='sense = "z to y"')
+    path = written(tmp_path, TIME, -MOTION.conj(), pulses_of(TURNS), more='sense = "z to y"')
     run = rsc.read_measured(path)
     np.testing.assert_allclose(run.deflection, MOTION - MOTION.mean(), atol=1e-9)
     assert run.warnings == () and abs(unbalance_of(run) / UNBALANCE - 1.0) < 0.02
@@ -54,7 +54,7 @@ def test_a_shaft_that_turns_the_other_way_is_told_from_the_other_side(tmp_path):
 @pytest.mark.parametrize("angle", [0.0, 70.0])
 def test_the_angle_of_the_keyphasor_turns_the_mark(tmp_path, angle):
     turned = UNBALANCE * np.exp(1j * np.deg2rad(angle)) * np.exp(2j * np.pi * TURNS)
-    for sense, r in (("y to z", turned), ("z to y", turned.conj())):
+    for sense, r in (("y to z", turned), ("z to y", -turned.conj())):
         seen = angle if sense == "y to z" else -angle
         more = f'sense = "{sense}"\nkeyphasor_angle = {seen}'
         run = rsc.read_measured(written(tmp_path, TIME, r, pulses_of(TURNS), more=more))
@@ -270,7 +270,7 @@ def test_a_run_written_as_measured_is_read_back(tmp_path, backward):
     run = rsc.simulate(scene.mirrored() if backward else scene)
     path = write_measured(run, tmp_path / "probes.toml", (30.0, 100.0), noise=2e-6, runout=5e-6)
     read = rsc.read_measured(path)
-    seen = run.contact_rotor().conj() if backward else run.contact_rotor()
+    seen = -run.contact_rotor().conj() if backward else run.contact_rotor()
     assert np.abs(read.deflection - (seen - seen.mean())).max() < 25e-6
     assert np.std(read.deflection - (seen - seen.mean())) > 2e-6
     np.testing.assert_allclose(read.speed, np.abs(run.speed), atol=0.05)

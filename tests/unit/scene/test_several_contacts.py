@@ -50,13 +50,13 @@ def test_every_contact_has_its_rows_and_offset_in_the_system():
     assert np.array_equal(seal.rotor, [1, 0, 0]) and np.array_equal(ring.rotor, [0, 0, 1])
     assert np.array_equal(seal.stator, [1, 0]) and np.array_equal(ring.stator, [0, 1])
     assert seal.offset == 0.0 and ring.offset == 2e-5 - 1e-5j and ring.name == "ring"
-    assert system.mirrored().contacts[1].offset == 2e-5 + 1e-5j
+    assert system.mirrored().contacts[1].offset == -2e-5 - 1e-5j
     assert np.isnan(system.rotor.contact).all()  # so that nobody takes one of them for the only one
 
 
 def test_the_mirror_image_of_the_mirror_image():
     own = scene(offset=[2e-5, -1e-5], ring_eccentricity=[1e-5, 30.0])
-    assert own.mirrored().contacts[1].offset == 2e-5 + 1e-5j
+    assert own.mirrored().contacts[1].offset == -2e-5 - 1e-5j
     assert own.mirrored().mirrored() == own
 
 

@@ -203,6 +203,22 @@ def files(measured, tmp_path, monkeypatch):
     return tmp_path
 
 
+def test_a_rotor_that_turns_backwards_is_fitted_in_its_own_directions(tmp_path):
+    """Values, ranges and the scene are those of the rotor as it turns, not of its mirror image, in which y has the other sign."""
+    found = {}
+    for sense, angle in ((1.0, 40.0), (-1.0, 140.0)):
+        content = BALANCED | {"rotor": PUMP["rotor"] | {"eccentricity": [2e-5, angle]}}
+        scene = rsc.Scene.from_dict(content | {"drive": {"speed": [sense * 40.0, sense * 44.0], "duration": 3.0}})
+        measured = rsc.read_measured(write_measured(rsc.simulate(scene), tmp_path / "run.toml"))
+        wrong = scene.with_values({"rotor.eccentricity.amount": 1.5e-5, "contact.friction": 0.24})
+        found[sense] = rsc.fit(wrong, measured, ("rotor.eccentricity.amount", "contact.friction"),
+                               {"rotor.eccentricity.amount": (1e-5, 4e-5)})  # fmt: skip
+    fit = found[-1.0]
+    assert fit.scene.drive.speed == (-40.0, -44.0) and fit.scene.rotor.eccentricity.angle == 140.0
+    assert fit.values[0].value == pytest.approx(2e-5, rel=0.02) and fit.values[1].value == pytest.approx(0.2, rel=0.02)
+    assert [one.value for one in fit.values] == pytest.approx([one.value for one in found[1.0].values], rel=1e-3)
+
+
 def test_the_command_prints_values_and_writes_the_scene(files, capsys):
     arguments = ["fit", "guess.toml", "pump.toml", "--free", "contact.friction, contact.gap,stator.frequency", "-o", "new.toml"]
     assert main([*arguments, "--prior", "contact.gap=0.1 mm : 0.4 mm"]) == 0

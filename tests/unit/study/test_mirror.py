@@ -42,6 +42,26 @@ MATRICES = {
     "start": {"rotor": [[0.9e-3, 1e-4], [0.0, 1e-4]], "rotor_velocity": [[0.1, -0.3], [0.0, 0.0]]},
 }  # fmt: skip
 ALL = {"pump": PUMP, "directed": DIRECTED, "disk": BODIES, "matrices": MATRICES}
+# what a weight acts on: an offset, a place to start from, a heavy spot beside y and an impact
+HEAVY = changed(
+    LAVAL,
+    rotor={"supports": DIRECTED["rotor"]["supports"], "gravity": 9.81, "eccentricity": [5e-5, 33.0]},
+    contact={"diameter": 0.04, "ring_eccentricity": [2e-5, 70.0], "offset": [1e-4, 5e-5]},
+)
+HEAVY["start"] = {"rotor": [[3e-4, -8e-4]], "rotor_velocity": [[0.1, -0.3]], "impulse": [0.01, 0.02]}
+RESTING = {**changed(HEAVY, rotor={"gravity": 400.0}, contact={"offset": None}), "start": {"rest": True}}
+BEARING = {"negative_stiffness": 2e4, "proportional": 6e4, "integral": 1e5, "derivative": 40.0, "derivative_filter": 1e4,
+           "amplifier": 500.0, "off": 0.05}  # fmt: skip
+HEAVY_ALL = {
+    "heavy": HEAVY,
+    "resting": RESTING,
+    "levitated": changed(
+        HEAVY,
+        rotor={"gravity": 60.0, "magnetic_bearings": [[0, BEARING]]},
+        start={"rotor": [[3e-4, -8e-4]], "rotor_states": [[1e-4, 2e-4]] * 3},
+    ),
+    "heavy whirl": changed(BODIES, rotor={"gravity": 9.81}),
+}
 # without a diameter, whose friction drives one way; the last turns both ways
 ONE_SIDED = {f"{name}, one-sided": changed(scene, contact={"diameter": None}) for name, scene in ALL.items()}
 ONE_SIDED["both ways"] = changed(LAVAL, drive={"speed": [50.0, -20.0]})
@@ -54,31 +74,38 @@ def pair(content):
     return scene, mirror
 
 
-@pytest.mark.parametrize("name", ALL)
+def image(r):
+    """y + i z in the mirror image: -y + i z."""
+    return -np.conj(r)
+
+
+@pytest.mark.parametrize("name", [*ALL, "resting", "heavy whirl"])
 def test_the_system_of_the_mirrored_scene_is_the_mirrored_system(name):
-    scene, mirror = pair(ALL[name])
+    scene, mirror = pair((ALL | HEAVY_ALL)[name])
     found, wanted = quantities(assemble(mirror)), quantities(assemble(scene).mirrored())
     for place, value in found.items():
         if value is not None or wanted[place] is not None:
             np.testing.assert_allclose(value, wanted[place], rtol=1e-14, atol=0.0, err_msg=str(place))
-    assert assemble(scene).skew == (name in ("directed", "matrices"))
+    assert assemble(scene).skew == (name in ("directed", "matrices", "resting"))
 
 
-@pytest.mark.parametrize("name", ALL | ONE_SIDED)
-def test_a_run_of_the_mirrored_scene_is_the_conjugate(name):
-    result, mirror = (rsc.simulate(scene) for scene in pair((ALL | ONE_SIDED)[name]))
-    np.testing.assert_array_equal(mirror.rotor, result.rotor.conj())
-    np.testing.assert_array_equal(mirror.stator, result.stator.conj())
+@pytest.mark.parametrize("name", ALL | ONE_SIDED | HEAVY_ALL)
+def test_a_run_of_the_mirrored_scene_is_the_mirror_image(name):
+    """To the last bit; the weight acts along -z in both."""
+    result, mirror = (rsc.simulate(scene) for scene in pair((ALL | ONE_SIDED | HEAVY_ALL)[name]))
+    assert name not in HEAVY_ALL or result.normal_force.max() > 0.0
+    np.testing.assert_array_equal(mirror.rotor, image(result.rotor))
+    np.testing.assert_array_equal(mirror.stator, image(result.stator))
     np.testing.assert_array_equal(mirror.normal_force, result.normal_force)
     np.testing.assert_array_equal(mirror.friction_force, -result.friction_force)
     for watched in ("least_diameter", "sliding_lost", "status"):
         assert getattr(mirror.summary, watched) == getattr(result.summary, watched)
-    state, conjugate = (initial_state(scene, assemble(scene)) for scene in pair((ALL | ONE_SIDED)[name]))
-    assert conjugate.races is None and state.races is None
+    state, mirrored = (initial_state(scene, assemble(scene)) for scene in pair((ALL | ONE_SIDED | HEAVY_ALL)[name]))
+    assert mirrored.races is None and state.races is None
     for item in fields(state):
-        assert (getattr(conjugate, item.name) is None) == (getattr(state, item.name) is None)
+        assert (getattr(mirrored, item.name) is None) == (getattr(state, item.name) is None)
         if getattr(state, item.name) is not None:
-            np.testing.assert_allclose(getattr(conjugate, item.name), getattr(state, item.name).conj(), rtol=1e-12)
+            np.testing.assert_allclose(getattr(mirrored, item.name), image(getattr(state, item.name)), rtol=1e-12)
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -117,6 +144,21 @@ def test_many_predictions_at_speeds_of_both_signs_are_those_of_predict():
                 assert near.frequency[i, j, k] == pytest.approx(frequency[abs(frequency - target).argmin()], rel=1e-12)
 
 
+def test_lines_of_the_unbalance_are_those_of_the_mirror_image():
+    scene, mirror = pair({**PUMP, "rotor": {**PUMP["rotor"], "gravity": 9.81}})
+    own, other = rsc.predict_many([scene], [50.0]), rsc.predict_many([mirror], [-50.0])
+    assert own.line.size and abs(own.line.real).min() > 0.0
+    np.testing.assert_allclose(other.line[..., ::-1], image(own.line), rtol=1e-9)
+
+
+def test_impacts_of_a_list_are_those_of_the_mirror_image():
+    scene, mirror = pair({**PUMP, "rotor": {**PUMP["rotor"], "gravity": 9.81}, "drive": {"speed": 50.0, "duration": 0.1}})
+    own, other = rsc.motions(scene, starts=3), rsc.motions(mirror, starts=3)
+    assert other.speed == -own.speed and len(own.motions) == len(other.motions)
+    np.testing.assert_array_equal(other.impulse, own.impulse * [-1.0, 1.0])
+    assert own.smallest.direction + other.smallest.direction in (180.0, 540.0)
+
+
 def test_the_pump_backwards_whirls_with_a_positive_frequency():
     scene = rsc.Scene.from_dict({**PUMP, "drive": {"speed": -50.0, "duration": 0.5}, "start": {"whirl": "backward"}})
     (stable,) = [whirl for whirl in rsc.predict(scene, -50.0) if whirl.stable]
@@ -153,6 +195,6 @@ def test_a_report_of_a_rotor_that_turns_backwards_is_that_of_its_mirror_image(tm
 def test_the_smallest_impulse_and_a_sweep_of_a_rotor_that_turns_backwards():
     scene, mirror = pair({**PUMP, "drive": {"speed": 45.0, "duration": 0.3}})
     impacts, turned = (rsc.smallest_impulse(one, directions=3, largest=3.0) for one in (scene, mirror))
-    assert turned.speed == -45.0 and turned.direction.tolist() == [0.0, 240.0, 120.0]
+    assert turned.speed == -45.0 and turned.direction.tolist() == [180.0, 60.0, 300.0]
     np.testing.assert_array_equal(turned.impulse, impacts.impulse)
     np.testing.assert_array_equal(turned.frequency, -impacts.frequency)

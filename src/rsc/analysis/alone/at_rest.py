@@ -70,7 +70,7 @@ def _hanging(system: System):
         return np.zeros(system.n_rotor + system.n_stator + system.n_states, complex)
     stiffness, force, size = _statics(system)
     x = _solved(stiffness, force, size)
-    return _complex(x) if _balanced(stiffness @ x - force, force) else None
+    return _complex(x) if _balanced(stiffness @ x - force, force, size) else None
 
 
 def static_deflection(system: System):
@@ -113,7 +113,7 @@ def _lying(system: System):
         moved = np.linalg.norm(contact @ step)
         x = x + min(1.0, _TURN * gap / max(moved, 1e-300)) * step
         if moved <= _SETTLED * gap:
-            return _complex(x) if _balanced(missing, force) else None
+            return _complex(x) if _balanced(missing, force, size) else None
     return None
 
 
@@ -138,8 +138,9 @@ def _solved(stiffness, force, size):
     return np.linalg.lstsq(stiffness / np.outer(size, size), force / size, rcond=_FREE)[0] / size
 
 
-def _balanced(missing, force):
-    return np.abs(missing).max() <= _BALANCED * np.abs(force).max()
+def _balanced(missing, force, size):
+    """Whether next to nothing of a force is missing; the rows of first-order states are no forces, but comparable by `size`."""
+    return np.abs(missing / size).max() <= _BALANCED * np.abs(force / size).max()
 
 
 def _complex(x):

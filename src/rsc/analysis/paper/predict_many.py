@@ -227,7 +227,7 @@ def _whirls(
         "stator_amplitude": np.abs(along(stator, whirls[0].stator.contact)),
         "growth_rate": fastest.real,
         "growth_frequency": np.abs(fastest.imag) / TWO_PI,
-        "line": np.where(sense[place] < 0.0, line.conj(), line),
+        "line": np.where(sense[place] < 0.0, -line.conj(), line),
     }
     mirror_share = None if system.isotropic else mirror_line(*whirls).share
     deflected = None
