@@ -1,4 +1,4 @@
-"""The first 25 forged files of runs and sweeps; `tools/forged.py` tries 20,000."""
+"""The first 50 forged files of runs and sweeps; `tools/forged.py` tries 20,000."""
 
 import tempfile
 from collections import Counter
@@ -13,7 +13,7 @@ def outcomes():
     """Command -> Counter of what became of the cases; and the problems, one for a case."""
     commands, problems = {}, []
     with tempfile.TemporaryDirectory() as folder, trials.samples(folder, pictures=False) as pairs:
-        for number, ends, problem in trials.trials(range(25), pairs, trials.swept(folder), folder):
+        for number, ends, problem in trials.trials(range(50), pairs, trials.swept(folder), folder):
             for command, word in (ends or {}).items():
                 commands.setdefault(command, Counter())[word] += 1
             if problem:
@@ -28,7 +28,7 @@ def test_every_command_ends_as_documented(outcomes):
 
 
 def test_most_forgeries_are_refused_and_some_files_are_read(outcomes):
-    """Half of what is forged changes nothing that a command looks at; of 25 results some two are verified bit for bit."""
+    """Half of what is forged changes nothing that a command looks at; of fifty results some five are verified bit for bit."""
     for command, counts in outcomes[0].items():
         refused = sum(n for word, n in counts.items() if word.startswith("refused"))
-        assert refused > 1 and counts["done (exit 0)"] > 0, command
+        assert refused > 3 and counts["done (exit 0)"] > 0, command
