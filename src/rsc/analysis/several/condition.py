@@ -13,9 +13,11 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rsc.analysis.paper.law import law_at
 from rsc.analysis.paper.receptance import dynamic_stiffness, solve_at, transposed
+from rsc.system.system import FloatOrArray, System
 
 MET = 1e-10  # of the gaps: what may be left of (W)
 _STEPS = 40
@@ -56,11 +58,11 @@ class Pressed:
         """Number of contacts."""
         return len(self.laws)
 
-    def dynamic_stiffness(self, Psi):
+    def dynamic_stiffness(self, Psi: FloatOrArray):
         """A(Psi), (m, N + M, N + M)."""
         return dynamic_stiffness(self.bodies.mass, self.bodies.by_frequency(self.Omega), self.bodies.static, Psi)
 
-    def solved(self, Psi):
+    def solved(self, Psi: NDArray[np.float64]):
         """A^-1 l_j as columns, (m, N + M, n); not a number where A is exactly singular."""
         matrices = self.dynamic_stiffness(Psi)
         try:
@@ -70,14 +72,14 @@ class Pressed:
             columns = np.stack([solve_at(matrices, self.rows[..., j, :]) for j in range(self.n)], axis=-1)
             return np.where(np.isfinite(columns), columns, np.nan)
 
-    def receptances(self, Psi):
+    def receptances(self, Psi: NDArray[np.float64]):
         """H (m, n, n) in m/N and dH/dPsi."""
         solved = self.solved(Psi)
         moved = self.bodies.by_frequency(self.Omega) @ solved
         moved -= 2.0 * Psi[:, None, None] * (self.bodies.mass @ solved)
         return self.rows @ solved, -self.left(Psi, solved) @ moved
 
-    def left(self, Psi, solved):
+    def left(self, Psi: FloatOrArray, solved):
         """l_j^T A^-1 as rows (m, n, N + M), given A^-1 l_j as columns: the same where A is symmetric."""
         if self.bodies.symmetric:
             return transposed(solved)
@@ -105,7 +107,7 @@ class Pressed:
         return replace(self, laws=laws, **arrays)
 
 
-def pressed(system, Omega, contacts):
+def pressed(system: System, Omega: FloatOrArray, contacts):
     """The `Pressed` of some contacts of a System (their numbers) at a rotor speed in rad/s; of several speeds, or of a stack of
     systems, every array has one more axis, the first."""
     own, p = [system.contacts[j] for j in contacts], system.n_states

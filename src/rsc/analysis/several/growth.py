@@ -10,9 +10,11 @@ import numpy as np
 
 from rsc.analysis.paper.receptance import dynamic_stiffness, in_both_directions
 from rsc.analysis.paper.stability import eigenvalues_without_phase, growth_of, put_states
+from rsc.system.body import Body
+from rsc.system.system import FloatOrArray, System
 
 
-def growths(system, own, whirls):
+def growths(system: System, own, whirls):
     """The `Growth` of each of m whirls, whose contacts slide forward; the damper of a contact counts with its mean, b_C/2.
 
     Parameters
@@ -31,11 +33,11 @@ def growths(system, own, whirls):
 
 
 def _of_states(shapes, z):
-    """The rest of the phase's state where there are first-order states: velocities, which are none, and the states' own change."""
+    """The rest of the phase's state where there are first-order states: velocities, which are none, and their own change."""
     return np.zeros((len(shapes), 2 * shapes.shape[1])), -z.imag, z.real
 
 
-def _state_matrix(own, whole, Psi, N, phi):
+def _state_matrix(own, whole: Body, Psi: FloatOrArray, N, phi):
     """State matrix (4 n + 2 p, 4 n + 2 p) of [Re x, Im x, Re x', Im x', Re z, Im z] about one whirl; whole: both bodies."""
     bodies, n = whole.without_states(), whole.n_coordinates
     mass, turning = bodies.mass, bodies.turning(own.Omega)
