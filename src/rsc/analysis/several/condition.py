@@ -51,6 +51,7 @@ class Pressed:
     gap: Any  # (n,) m, s_j; or (m, n) of m candidates
     stiffness: Any  # (n,) N/m, k_j
     ring: Any  # (n,) complex m, eccentricity of the rotor's ring
+    states: int = 0  # p, number of the first-order states, the last of the coordinates
 
     @property
     def n(self):
@@ -90,7 +91,7 @@ class Pressed:
         return self.gap + N / self.stiffness
 
     def shapes(self, whirls):
-        """Deflections (m, N + M) of both bodies in the turning frame, the first contact at angle 0."""
+        """Deflections (m, N + M) of both bodies in the turning frame, and first-order states; the first contact at angle 0."""
         force = self.turn * whirls.N * np.exp(1j * whirls.phi)
         return -(self.solved(whirls.Psi) @ force[:, :, None])[:, :, 0]
 
@@ -120,6 +121,7 @@ def pressed(system: System, Omega: FloatOrArray, contacts):
         gap=np.stack([law.gap for law in laws], axis=-1),
         stiffness=np.stack([law.stiffness for law in laws], axis=-1),
         ring=np.stack([contact.ring for contact in own], axis=-1),
+        states=p,
     )
 
 

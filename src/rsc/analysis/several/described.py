@@ -30,7 +30,7 @@ def described(system: System, pressed_set, speed, at=None):
     number `at`, by default at the one that is pressed hardest."""
     own, whirls = pressed_set.own, pressed_set.whirls
     lines = unbalance_lines(system, own, whirls)
-    moved = own.shapes(whirls), *lines[:2]
+    moved = [part[:, : system.n_rotor + system.n_stator] for part in (own.shapes(whirls), *lines[:2])]
     places = _places(system, pressed_set.contacts)
     shares = np.array([largest(moved[0] @ p.row, moved[1] @ p.row + p.ring, moved[2] @ p.row)[1] / p.gap for p in places])
     shares = shares.reshape(len(places), len(whirls.Psi)).T

@@ -28,10 +28,10 @@ def unbalance_lines(system: System, own, whirls):
 
     Returns
     -------
-    line, mirror_line : (m, N + M) complex m (tilts: rad)
+    line, mirror_line : (m, N + M + p) complex m (tilts: rad), the last of p first-order states
     force, mirror_force : (m, n) complex N, at the pressed contacts
     """
-    drive = np.concatenate([system.rotor.unbalance * own.Omega**2, np.zeros(system.n_stator)])
+    drive = np.concatenate([system.rotor.unbalance * own.Omega**2, np.zeros(system.n_stator + own.states)])
     parts = [_lines(own, (own.Omega, drive, own.ring), *whirl) for whirl in zip(*whirls, strict=True)]
     return tuple(np.array(each) for each in zip(*parts, strict=True))
 
