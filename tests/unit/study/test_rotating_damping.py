@@ -21,6 +21,7 @@ from rsc.system.assemble import assemble
 from rsc.system.system import stacked
 from scenes import LAVAL, SCENES, changed
 from systems import TWO_PI
+from tiers import alternating
 from whirl_motions import distance_between, numerical_eigenvalues
 
 OMEGA = TWO_PI * 30.0
@@ -105,8 +106,7 @@ def in_y_and_z(system, start, time):
     return (moved[:n] + 1j * moved[n : 2 * n]).T
 
 
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("name", BODIES)
+@pytest.mark.parametrize(("name", "method"), alternating(BODIES, METHODS))
 def test_motion_in_contact_is_that_of_y_and_z(name, method):
     scene = scene_of(BODIES[name], method)
     system = assemble(scene)
