@@ -109,6 +109,7 @@ def ross_rub(folder, speed):
     )
 
 
+@pytest.mark.nightly
 def test_what_is_claimed_of_a_forward_rub_on_unequal_bearings_is_what_runs_do(tmp_path):
     """From 81 to 110 Hz the isotropic mean is stable, but the rub no circle: neither stable nor unstable, in text and map."""
     asked = ross_rub(tmp_path, [70.0, 150.0])

@@ -35,6 +35,8 @@ def add(commands: Commands) -> None:
         between = "node at the contact, or NODE,NODE,FRACTION between two"
         sub.add_argument("--contact", metavar="NODE", type=_place, required=sub is ross, help=between)
         sub.add_argument("--unbalance", metavar="NODE", help="node of the unbalance (default: that of the contact)")
+        over = "table of bearing coefficients over the vibration frequency, fitted by first-order states; columns as --supports"
+        sub.add_argument("--supports-by-frequency", metavar="TABLE.csv", help=over)
         bearings = "nodes at which the scene adds bearings to a free rotor"
         sub.add_argument("--force", action="store_true", help=FORCE)
         sub.add_argument("--bearings", metavar="NODE", nargs="+", default=(), help=bearings)
@@ -44,6 +46,7 @@ def import_command(options: argparse.Namespace) -> int:
     from rsc.machine.imports.gaps import RadialGap, gaps_at
     from rsc.machine.imports.importing import import_fe
     from rsc.machine.imports.ross import read_ross, read_ross_over_speed
+    from rsc.machine.imports.supports import read_by_frequency
     from rsc.study.import_model import import_model
 
     contact = options.contact
@@ -56,8 +59,10 @@ def import_command(options: argparse.Namespace) -> int:
         contact = str(gaps[0].inner)
     if contact is None:
         raise SceneError("import", "--contact", None, "given", "the node at which rotor and stator touch")
+    fitted = read_by_frequency(options.supports_by_frequency) if options.supports_by_frequency else []
+    free = bool(options.bearings or fitted)
     if options.kind == "ross":
-        files, speeds, free = options.model, options.speed or [], bool(options.bearings)
+        files, speeds = options.model, options.speed or []
         if len(files) > 1 or len(speeds) > 1:
             model = read_ross_over_speed(files, speeds, free)
         else:
@@ -65,11 +70,12 @@ def import_command(options: argparse.Namespace) -> int:
     else:
         roles = ("mass", "stiffness", "damping", "gyroscopic", "rotating_damping")
         matrices: dict[str, Any] = {name: _matrix(getattr(options, name)) for name in roles}
-        more = {"units": options.units, "axis": options.axis, "free": bool(options.bearings)}
+        more = {"units": options.units, "axis": options.axis, "free": free}
         more |= {name: getattr(options, name) for name in ("speed", "supports") if getattr(options, name) is not None}
         node = contact if isinstance(contact, str) else contact[0]
         model = import_fe(**matrices, coordinates=options.coordinates, contact=node, stator=options.stator, **more)
-    print(import_model(model, options.output, contact, options.unbalance, options.bearings, gaps, watched, options.force))
+    bearings = [*options.bearings, *fitted]
+    print(import_model(model, options.output, contact, options.unbalance, bearings, gaps, watched, options.force))
     return OK
 
 
@@ -77,9 +83,10 @@ def _stations(options: argparse.Namespace) -> int:
     """Import a ROSS model file as a shaft model."""
     from rsc.study.import_shaft import import_shaft
 
-    for name in ("speed", "unbalance", "bearings"):
+    for name in ("speed", "unbalance", "bearings", "supports_by_frequency"):
         if getattr(options, name):
-            raise SceneError("import", f"--{name}", shown(getattr(options, name)), "left out", "model file and scene have it")
+            option, hint = f"--{name.replace('_', '-')}", "model file and scene have it"
+            raise SceneError("import", option, shown(getattr(options, name)), "left out", hint)
     if len(options.model) > 1:
         raise SceneError("import", "MODEL", shown(options.model), "one model file (.toml)")
     print(import_shaft(options.model[0], options.output, options.contact, options.force))

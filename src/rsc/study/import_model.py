@@ -14,6 +14,7 @@ from rsc.files.mark import TOML, ZIP
 from rsc.files.output import OutputFile, put_all, target
 from rsc.machine.imports.bearings import Bearing, with_bearings
 from rsc.machine.imports.gaps import RadialGap
+from rsc.machine.imports.rational import SupportStates, joined_states
 from rsc.machine.imports.store import stored
 from rsc.machine.model.contact import Place, body_of, total_mass
 from rsc.machine.model.model import FiniteElementModel
@@ -38,7 +39,7 @@ model = "machine"
 file = {file}               # matrices of {n} complex coordinates, from {source}
 sha256 = "{digest}"
 {place}{bearings}unbalance = [[{unbalance}, "G 6.3"]]   # (guess) node and amount: "20 g*mm", or a balance grade of the rotor
-{notes}
+{notes}{states}
 [reduction]
 tolerance = 1e-4               # relative error of what the contact point sees
 
@@ -63,6 +64,7 @@ friction = {friction}
 stiffness = {stiffness}
 damping_ratio = 0.05           # (guess)
 """
+Fitted = tuple[str, SupportStates]
 _DENSITY, _DIAMETER = 7850.0, 0.05  # kg/m^3 of steel, and m of a rotor whose length is unknown
 _STATOR = """\
 [stator]
@@ -78,7 +80,7 @@ def import_model(
     output: str | os.PathLike[str],
     contact: Place,
     unbalance: int | str | None = None,
-    bearings: Sequence[int | str] = (),
+    bearings: Sequence[int | str | Fitted] = (),
     gaps: Sequence[RadialGap] = (),
     watched: Sequence[RadialGap] = (),
     overwrite: bool = False,
@@ -94,8 +96,9 @@ def import_model(
         Where it touches.
     unbalance : int or str, optional
         Node of the unbalance; default: the first node of the contact.
-    bearings : sequence of int or str
-        Nodes of bearings that the scene adds; their coefficients are guesses.
+    bearings : sequence of int or str, or of (node, SupportStates)
+        Nodes of bearings that the scene adds: their coefficients are guesses, or fitted where they depend on the frequency of the
+        vibration.
     gaps : sequence of RadialGap
         Of each NLRGAP (`rsc.machine.imports.gaps`) clearance, friction, stiffness and radius of a contact, instead of guesses.
     watched : sequence of RadialGap
@@ -117,9 +120,10 @@ def import_model(
         The scene cannot be right: the model cannot be reduced, for example.
     """
     output = Path(output)
-    coefficients = _bearings(model, bearings)
-    whole = with_bearings(model, coefficients)
-    body, notes = body_of(whole, [contact]), model.notes
+    fitted = [one for one in bearings if isinstance(one, tuple)]
+    coefficients = _bearings(model, [one for one in bearings if not isinstance(one, tuple)])
+    whole = with_bearings(model, [*coefficients, *(_beside(node, fit) for node, fit in fitted)])
+    body, notes = body_of(whole, [contact]), (*model.notes, *(_told_of(node, fit) for node, fit in fitted))
     for gap in gaps:
         whole.row_at(gap.inner)
     modes = _slowest_of(whole)
@@ -128,6 +132,8 @@ def import_model(
         notes += (f"nothing damps {_these(modes)}: {advice}.",)
     if output.suffix not in (".toml", ".npz"):
         raise DataError(one_line(output), "must be a scene (.toml), or the file of a model (.npz)")
+    if fitted and output.suffix == ".npz":
+        raise DataError(one_line(output), "must be a scene (.toml), which has the fitted supports")
     file = target(output.with_suffix(".npz"), ZIP, overwrite)
     if output.suffix == ".toml":
         target(output, TOML, overwrite)
@@ -138,7 +144,8 @@ def import_model(
         notes += ("nothing depends on the rotor speed.",)
     written, digest = stored(model, file)
     told = "".join(f"\n{one_line(note)}" for note in notes)
-    words = {"file": toml_value(file.name), "digest": digest, "contact": _toml(contact), "bearings": _bearing_lines(coefficients)}
+    words = {"file": toml_value(file.name), "digest": digest, "contact": _toml(contact)}
+    words |= {"bearings": _bearing_lines(coefficients, fitted), "states": _states_table(fitted)}
     if output.suffix == ".npz":
         put_all([written], overwrite)
         return f"written: {file}{told}\n{_slowest(modes, whole)}\n\n" + _STATOR.format(**words)
@@ -210,9 +217,40 @@ def _bearings(model: FiniteElementModel, nodes: Sequence[int | str]) -> list[Bea
     return [Bearing(node, (stiffness, 0.0, 0.0, stiffness), (damping, 0.0, 0.0, damping)) for node in nodes]
 
 
-def _bearing_lines(bearings: Sequence[Bearing]) -> str:
-    items = ", ".join(f"[{_toml(one.node)}, {one.stiffness[0]:g}, {one.damping[0]:g}]" for one in bearings)
-    return f"bearings = [{items}]   # (guess) node, N/m, N s/m; each also [yy, yz, zy, zz]\n" if bearings else ""
+def _beside(node: str, fit: SupportStates) -> Bearing:
+    """What a fitted support is without its states."""
+    return Bearing(node, (fit.stiffness, 0.0, 0.0, fit.stiffness), (fit.damping, 0.0, 0.0, fit.damping))
+
+
+def _bearing_lines(bearings: Sequence[Bearing], fitted: Sequence[Fitted]) -> str:
+    if not bearings and not fitted:
+        return ""
+    items = [f"[{_toml(one.node)}, {one.stiffness[0]:g}, {one.damping[0]:g}]" for one in bearings]
+    items += [f"[{_toml(node)}, {fit.stiffness!r}, {fit.damping!r}]" for node, fit in fitted]
+    guessed = "(guess) " if bearings else ""
+    beside = "; those that are fitted have their states below" if fitted else "; each also [yy, yz, zy, zz]"
+    return f"bearings = [{', '.join(items)}]   # {guessed}node, N/m, N s/m{beside}\n"
+
+
+def _told_of(node: str, fit: SupportStates) -> str:
+    """A fitted support in words."""
+    over = f"coefficients over the vibration frequency from {fit.low:g} to {fit.high:g} Hz"
+    told = f"node {node}: {over} fitted by {len(fit.matrix)} first-order states, error {fit.error:.1e}"
+    if fit.driving is not None:
+        told += f"; it feeds energy into a vibration at {fit.driving:.3g} Hz, which the table does not"
+    return f"{told}."
+
+
+def _states_table(fitted: Sequence[Fitted]) -> str:
+    """The table of the first-order states of fitted supports."""
+    with_states = [(node, fit) for node, fit in fitted if len(fit.matrix)]
+    if not with_states:
+        return ""
+    table = joined_states(with_states)
+    places = f"[{', '.join(_toml(place) for place in table['sensors'])}]"
+    lines = [f"{name} = {places}" for name in ("sensors", "actuators")]
+    lines += [f"{name} = {table[name].tolist()}" for name in ("matrix", "displacement", "velocity", "force")]
+    return "\n[rotor.states]                 # fitted to coefficients over the vibration frequency\n" + "\n".join(lines) + "\n"
 
 
 def _clearances(gaps: Sequence[RadialGap]) -> str:

@@ -272,7 +272,7 @@ class Body:
         """SolverError for a body with first-order states, where they are not supported."""
         if self.n_states:
             what = "first-order states (states, magnetic_bearings) are not predicted yet"
-            raise SolverError(f"{what} where directions differ or at several contacts; `rsc run` simulates them")
+            raise SolverError(f"{what} where directions differ; `rsc run` simulates them")
 
     def _refuse_following(self) -> None:
         if self.follows:

@@ -12,6 +12,7 @@ from rsc.system import body as bodies
 from rsc.system.body import Body
 from rsc.system.knots import SKEW
 
+FloatOrArray = float | NDArray[np.float64]  # a number, or one for each speed or whirl
 ROUNDING = 1e-9  # relative to the largest damping of a body: negative damping smaller than this is rounding
 
 

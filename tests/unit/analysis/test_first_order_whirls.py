@@ -209,9 +209,10 @@ def test_whirls_of_many_scenes_are_those_of_each():
 def test_what_is_not_predicted_with_states_is_refused_in_one_line():
     sealed = pump().to_dict()
     sealed["rotor"]["magnetic_bearings"] = [[1, CONTROLLER]]
+    sealed["rotor"]["supports"] = [[0, [2e4, 0.0, 0.0, 1e4]]]
     directed = changed(LEVITATED, rotor={"supports": [[0, [2e4, 0.0, 0.0, 1e4]]]})
-    for content, words in ((sealed, "only one contact can be predicted"), (directed, "directions differ")):
-        with pytest.raises(SolverError, match=words) as error:
+    for content in (sealed, directed):
+        with pytest.raises(SolverError, match="directions differ") as error:
             rsc.predict(Scene.from_dict(content), 50.0)
         assert "magnetic_bearings" in str(error.value) and "\n" not in str(error.value)
     with pytest.raises(SolverError, match="first-order states"):

@@ -93,6 +93,7 @@ def test_what_a_stranger_planted_is_executed_where_it_may_be(place):
     assert (place / "work" / "executed").exists()
 
 
+@pytest.mark.nightly
 def test_a_folder_of_the_system_for_all_is_not_believed(place):
     """A user without a cache folder got one named after the user in the temporary folder, whoever had made it."""
     where = used(place)[1]
@@ -141,7 +142,7 @@ UNSAFE = {
 }
 
 
-REPEATED = (writable_folder, link_to_rsc, above_of_another_user)
+REPEATED = (writable_folder, link_to_rsc, link_to_own, above_of_another_user)
 
 
 @pytest.mark.parametrize("change", [pytest.param(each, marks=[pytest.mark.nightly] * (each in REPEATED)) for each in UNSAFE])
@@ -173,6 +174,7 @@ def test_folders_are_made_for_the_user_alone(place):
     assert where.stat().st_mode & 0o777 == where.parent.stat().st_mode & 0o777 == 0o700
 
 
+@pytest.mark.nightly
 def test_a_link_above_the_users_folders_is_followed(place):
     """Home folders are often links to another disk."""
     (place / "home").symlink_to("cache")
@@ -180,6 +182,7 @@ def test_a_link_above_the_users_folders_is_followed(place):
     assert where.is_relative_to(place / "cache") and not errors
 
 
+@pytest.mark.nightly
 def test_in_a_folder_where_all_may_write_but_not_rename_the_users_own_is_safe(place):
     """As in /tmp."""
     (place / "cache").chmod(0o1777)

@@ -18,7 +18,7 @@ SHOWN = dict(SECTION.findall(PAGE))
 LONGEST = 20.0  # s of processor time, with compiled kernels
 LINES = range(20, 71)
 HEAVIEST = 80_000  # bytes of a picture
-LONG = {"clearances", "compressor", "journal_bearings", "rotor_drop"}  # ten seconds and more
+LONG = {"clearances", "compressor", "journal_bearings", "levitated_machine", "rotor_drop", "shaft_drop"}  # ten seconds and more
 
 
 @pytest.mark.parametrize(
@@ -46,6 +46,7 @@ def test_the_page_shows_ten_scripts_and_their_pictures():
         assert (ROOT / "docs" / "images" / f"gallery_{path.stem}.png").stat().st_size < HEAVIEST
 
 
+@pytest.mark.nightly
 def test_the_oil_film_of_the_gallery_is_the_short_bearing(tmp_path, monkeypatch):
     """Load and coefficients in closed form (M. I. Friswell et al., Dynamics of Rotating Machines, 2010, 5.5)."""
     monkeypatch.chdir(tmp_path)

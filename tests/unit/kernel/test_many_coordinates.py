@@ -13,6 +13,7 @@ from rsc.study.run.simulate import simulate
 from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
 from sliding import error_of_sliding
+from tiers import nightly
 
 N_ROTOR, N_STATOR = 20, 3  # 46 numbers: five registers of eight, one of four, one of two
 run_module = sys.modules["rsc.simulation.run"]
@@ -60,7 +61,7 @@ def twin():
     return integrate(system, initial_state(scene, system), np.arange(201) / 4000, rtol=1e-8)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", [nightly("rk45"), "taylor8"])
 def test_motion_equals_the_slow_twin(method, twin):
     result = simulate(Scene.from_dict(tables(method, 1e-9)))
     assert result.contact_onsets >= 2 and result.contact_releases >= 2
@@ -94,6 +95,7 @@ def test_velocities_slide_as_the_run_says(method):
     assert np.array_equal(result.rotor, plain.rotor) and result.summary == plain.summary
 
 
+@pytest.mark.nightly
 def test_the_code_for_full_matrices_changes_no_bit():
     """Of a scene without such, beside a gyroscopic matrix too small to change a bit."""
     scene = tables("rk45")

@@ -21,6 +21,7 @@ from rsc.machine.reduction.reduction import reduce
 from rsc.machine.reduction.shifts import receptance_error
 from rsc.system.body import STATES, Body
 from rsc.system.knots import ANISOTROPIC
+from tiers import nightly
 
 MATRICES = ("mass", "damping", "stiffness", "gyroscopic", "skew_stiffness", "skew_damping")
 
@@ -173,7 +174,7 @@ def test_a_small_sparse_body_gives_the_same_as_a_dense_one(machine):
     assert (reduced.body.stiffness == other.body.stiffness).all() and reduced.checks == other.checks
 
 
-@pytest.mark.parametrize("skew", [False, True])
+@pytest.mark.parametrize("skew", [nightly(False), True])
 def test_a_large_sparse_body_is_within_the_tolerance(skew):
     """More coordinates than are solved at every point: estimates and a few full solutions."""
     rng = np.random.default_rng(3)

@@ -52,7 +52,7 @@ def written(folder, model, rotor_keys, speed="[10.0, 40.0]", more=""):
     return path
 
 
-PLAIN = "contact = 6\nunbalance = [[6, \"50 g*mm\", 90.0]]"
+PLAIN = 'contact = 6\nunbalance = [[6, "50 g*mm", 90.0]]'
 
 
 def test_a_model_is_read_back_as_it_was_written(model, tmp_path):
@@ -102,6 +102,7 @@ def test_observed_nodes_can_be_recovered(model, tmp_path):
     assert 0.3 < np.abs(seen).max() / np.abs(result.contact_rotor()).max() < 1.0
 
 
+@pytest.mark.nightly
 def test_the_simulation_of_the_reduced_rotor_is_that_of_the_full_one(model, tmp_path):
     """In and out of contact, within ten times the tolerance of the reduction."""
     scene = rsc.load_scene(written(tmp_path, model, PLAIN, speed="[40.0, 40.0]"))
@@ -128,7 +129,7 @@ def _eccentricity(model):
 
 
 def test_a_balance_grade_is_of_the_whole_rotor_at_the_highest_speed(model, tmp_path):
-    scene = rsc.load_scene(written(tmp_path, model, "contact = 6\nunbalance = [[6, \"G 6.3\"]]"))
+    scene = rsc.load_scene(written(tmp_path, model, 'contact = 6\nunbalance = [[6, "G 6.3"]]'))
     moving = (model.kind == "displacement").astype(float)
     amount = 6.3e-3 * (moving @ model.mass @ moving) / (TWO_PI * 40.0)
     row, system = model.row_at(6), assemble(scene)
@@ -229,9 +230,9 @@ def test_a_whirl_outside_the_band_is_told(model, tmp_path):
     "keys, more, problem",
     [
         ("contact = 99", "", r"rotor.contact = 99: must be a place of the model \(no node 99"),
-        ("contact = 6\nsha256 = \"0123\"", "", r"rotor.file = 'rotor.npz': must be the file whose SHA-256 is 0123"),
-        ("contact = 6\nunbalance = [[6, \"3 N\"]]", "", r"rotor.unbalance\[0\]\[1\]"),
-        ("contact = 6\nunbalance = [[6, \"G x\"]]", "", r"rotor.unbalance"),
+        ('contact = 6\nsha256 = "0123"', "", r"rotor.file = 'rotor.npz': must be the file whose SHA-256 is 0123"),
+        ('contact = 6\nunbalance = [[6, "3 N"]]', "", r"rotor.unbalance\[0\]\[1\]"),
+        ('contact = 6\nunbalance = [[6, "G x"]]', "", r"rotor.unbalance"),
         ("contact = 6\nmass = 3.0", "", r"rotor.mass"),
         ("contact = 6", "[reduction]\ntolerance = 1e-20", r"reduction.tolerance"),
         ("contact = 6", "[reduction]\nband = [10.0, -10.0]", r"reduction.band"),

@@ -11,6 +11,7 @@ from rsc.simulation.run import Run
 from rsc.study.run.start import initial_state, run_of
 from rsc.system.assemble import assemble
 from sliding import error_of_sliding
+from tiers import nightly
 
 N = 6  # coordinates of the rotor below; with the stator's one there are 7, which are filled up to 8
 
@@ -59,7 +60,7 @@ def test_numbers_of_one_class_share_what_is_compiled():
     assert {run_of(scene(n)).packed.width for n in (8, 9, 10, 11)} == {24 * (0.0,)}
 
 
-@pytest.mark.parametrize("directions", [False, True])
+@pytest.mark.parametrize("directions", [nightly(False), True])
 def test_coordinates_at_rest_change_no_motion(directions):
     case = scene(N, directions)
     run, system = run_of(case), assemble(case)

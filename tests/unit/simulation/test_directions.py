@@ -17,6 +17,7 @@ from rsc.study.run.ensemble import simulate_many
 from rsc.study.run.simulate import simulate
 from rsc.study.run.start import initial_state, run_of
 from scenes import SCENES, changed
+from tiers import alternating
 
 run_module = sys.modules["rsc.simulation.run"]
 BUMP = np.sin(np.pi * np.arange(1, 7) / 7)
@@ -50,8 +51,7 @@ def scene_of(tables, rtol=1e-9, method="rk45"):
     return Scene.from_dict({**tables, "solver": {"rtol": rtol, "method": method}})
 
 
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("name", CONTACTS)
+@pytest.mark.parametrize(("name", "method"), alternating(CONTACTS, METHODS))
 def test_motion_in_contact_equals_the_slow_twin(name, method, monkeypatch):
     """All eight matrices, full; the twin's own error is near 1e-7 gaps."""
     system_of, scene = assembled(monkeypatch, directed), scene_of(CONTACTS[name], method=method)

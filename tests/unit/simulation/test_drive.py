@@ -11,6 +11,7 @@ from rsc.simulation.run import Run
 from rsc.study.run.start import initial_state, run_of
 from rsc.system.assemble import assemble
 from scenes import SCENES, changed
+from tiers import alternating
 from two_seals import pump
 
 TWO_PI = 2.0 * np.pi
@@ -154,8 +155,7 @@ def program(scene, times):
     return (made[:n] + 1j * made[n : 2 * n]).T, made[-3] / TWO_PI, made[-4], state[-2], state[-1]
 
 
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("name", BODIES)
+@pytest.mark.parametrize(("name", "method"), alternating(BODIES, METHODS))
 def test_motion_and_speed_are_those_of_y_z_phi_and_omega(name, method):
     scene = scene_of(BODIES[name], method)
     result = rsc.simulate(scene)
@@ -183,8 +183,7 @@ def test_a_tripped_rotor_that_rubs(method):
     assert result.ledger.change == pytest.approx(kinetic[1] - kinetic[0], rel=2e-3)
 
 
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("name", ["laval", "inclined", "bearings"])
+@pytest.mark.parametrize(("name", "method"), alternating(["laval", "inclined", "bearings"], METHODS))
 def test_a_very_heavy_rotor_is_a_prescribed_speed(name, method):
     steady, rate = {"speed": [40.0, 46.0], "duration": 0.3, "schedule": None}, 6.0 / 0.3
     without = dict.fromkeys(("inertia", "torque", "trip", "coast"))
@@ -198,8 +197,7 @@ def test_a_very_heavy_rotor_is_a_prescribed_speed(name, method):
     assert abs(ours.speed - theirs.speed).max() < 1e-9
 
 
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("rtol", [1e-4, 1e-6])
+@pytest.mark.parametrize(("rtol", "method"), alternating([1e-4, 1e-6], METHODS))
 def test_steps_end_on_knots_of_coefficients(method, rtol):
     """The stiffness rises between two knots that are next to each other: a step over one of them would err by more."""
     knots = [[hz, [k, 0.0, 0.0, k]] for hz, k in ((34.0, 0.0), (36.0, 0.0), (36.01, 6e5), (50.0, 6e5))]

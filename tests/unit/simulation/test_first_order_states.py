@@ -65,6 +65,7 @@ def test_motion_and_states_equal_those_of_the_slow_twin(name):
         assert abs(result.ledger.residual) < 1e-6 * result.ledger.turnover
 
 
+@pytest.mark.nightly  # compiles the two largest kinds of kernels of all tests
 def test_states_beside_other_contacts_a_race_and_an_integrated_speed():
     """The motion by both methods, which share no code of a step, and the ledger."""
     sealed = {

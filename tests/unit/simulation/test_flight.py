@@ -16,6 +16,7 @@ from rsc.simulation.run import Run
 from rsc.study.run.start import initial_state, run_of
 from rsc.system.assemble import assemble
 from scenes import SCENES, changed
+from tiers import nightly
 
 RATES = {"500 Hz": 500.0, "2000 Hz": 2000.0, "20 kHz": 20000.0}
 
@@ -70,7 +71,7 @@ def at_constant_speed(system, start, times):
     return states[:, :n] + 1j * states[:, n : 2 * n]
 
 
-@pytest.mark.parametrize("name", ["full matrices", "no coupling", "springs by component"])
+@pytest.mark.parametrize("name", [nightly("full matrices"), nightly("no coupling"), "springs by component"])
 def test_motion_at_constant_speed_equals_a_matrix_exponential(name):
     """Of all coordinates at once in the scene's own, and with fewer steps than stability asks for."""
     scene = scene_of(KINDS[name], drive__speed=12.0, drive__duration=2.0, contact__gap=1e-3, solver__rtol=1e-8)

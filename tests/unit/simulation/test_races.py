@@ -11,6 +11,7 @@ from rsc.results.result_file import ResultFile
 from rsc.simulation.run import Run
 from rsc.study.run.simulate import simulate
 from scenes import LAVAL, changed
+from tiers import nightly
 from two_contacts import pushed, two
 from witness import motion_of
 
@@ -23,7 +24,7 @@ def racing(duration=0.05, **tables):
     return two(TURNING, {"diameter": 0.04, "slip_velocity": 0.1}, **tables, **pushed(duration=duration))
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", ["rk45", nightly("taylor8")])
 def test_the_motion_and_the_races_are_those_of_a_program_of_their_own(method):
     scene = racing(rotor={"gravity": 9.81}, output={"rate": 2000.0})
     result = simulate(scene.with_values({"solver.rtol": 1e-12, "solver.method": method}))

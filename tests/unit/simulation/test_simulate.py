@@ -15,6 +15,7 @@ from rsc.study.run.simulate import simulate
 from rsc.study.run.start import initial_state, run_of
 from rsc.system.assemble import assemble
 from scenes import LAVAL, SCENES, changed
+from tiers import alternating
 
 run_module = sys.modules["rsc.simulation.run"]
 
@@ -95,8 +96,9 @@ def test_a_turn_of_the_frame_changes_no_bit(name, quarter, method):
     assert np.array_equal(again.normal_force, result.normal_force)
 
 
-@pytest.mark.parametrize("name", ["bouncing", "gyroscopic disk", "Coulomb friction that reverses"])
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    ("name", "method"), alternating(["bouncing", "gyroscopic disk", "Coulomb friction that reverses"], METHODS)
+)
 def test_saving_changes_no_step(name, method, monkeypatch, tmp_path):
     """The same bits for any output rate, chunk size, and whether the samples go to memory or to a file."""
     scene = {**SCENES[name], "solver": {"method": method}}

@@ -13,6 +13,7 @@ from rsc.simulation.stiffness import fastest, resolved_angle, stable_steps
 from rsc.study.run.start import run_of
 from scenes import LAVAL, SCENES, changed
 from systems import REFERENCE
+from tiers import alternating
 
 WHIRL = {"whirl": -60.0}
 
@@ -77,8 +78,7 @@ STIFF = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("name", STIFF)
+@pytest.mark.parametrize(("name", "method"), alternating(STIFF, METHODS))
 def test_cause_of_stiffness_is_named_and_the_run_finishes(name, method):
     tables, cause = STIFF[name]
     summary = ended(**tables, solver={"method": method, "rtol": 1e-6})

@@ -23,6 +23,7 @@ from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
 from scenes import LAVAL, SCENES, changed
 from systems import TWO_PI
+from tiers import alternating, nightly
 from whirl_motions import distance_between, numerical_eigenvalues
 
 
@@ -75,11 +76,14 @@ def scene_of(tables, method="auto", rtol=1e-9):
     return rsc.Scene.from_dict({**tables, "solver": {"rtol": rtol, "method": method}})
 
 
-REPEATED = {"disk", "matrices", "rigid wall"}  # half a minute each
+REPEATED = ("disk", "matrices", "rigid wall")  # half a minute each
+OTHERS = [name for name in BODIES if name not in REPEATED]
 
 
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.nightly] * (name in REPEATED)) for name in BODIES])
+REPETITIONS = [nightly(*pair) for pair in itertools.product(REPEATED, METHODS)]
+
+
+@pytest.mark.parametrize(("name", "method"), REPETITIONS + alternating(OTHERS, METHODS))
 def test_motion_in_contact_is_that_of_the_slow_twin(name, method):
     scene = scene_of(BODIES[name], method)
     system = assemble(scene)
@@ -150,7 +154,7 @@ def test_a_rotor_that_turns_backwards_is_the_mirror_image(method):
     assert scene.mirrored().mirrored().to_dict() == scene.to_dict()
 
 
-@pytest.mark.parametrize(("method", "order"), [("rk45", 5.0), ("taylor8", 8.0)])
+@pytest.mark.parametrize(("method", "order"), [nightly("rk45", 5.0), ("taylor8", 8.0)])
 def test_error_falls_with_the_order_of_the_method_over_the_knots(method, order):
     tables = changed(ROTOR, stator={"model": "rigid"}, contact={"gap": 0.02}, drive={"speed": [15.0, 95.0], "duration": 0.5},
                      start={"rotor": [[1e-3, 0.0]], "rotor_velocity": [[0.0, 0.19]]})  # fmt: skip

@@ -99,6 +99,7 @@ def test_the_first_20_ms_are_those_of_the_full_machine(dropped):
     assert not result.normal_force[~later].any()
 
 
+@pytest.mark.nightly
 def test_the_ledger_closes_over_the_switch_and_the_steps_end_there(dropped):
     scene, result = dropped
     ledger = result.summary.ledger
@@ -117,6 +118,7 @@ def test_the_ledger_closes_over_the_switch_and_the_steps_end_there(dropped):
     assert np.abs(rest.rotor[: len(after)] - after).max() < 1e-6 * GAP
 
 
+@pytest.mark.nightly
 def test_the_pair_whirls_are_those_of_the_full_machine():
     scene = Scene.from_toml(text())
     full = FullMachine(scene, free_model(), PLACES, AT_NODES)

@@ -104,6 +104,7 @@ def test_of_a_wheel_without_a_mark_the_size_of_the_unbalance_is_fitted(tmp_path)
     assert len(fit.warnings) == 1 and "is the mark" in fit.warnings[0]
 
 
+@pytest.mark.nightly
 def test_one_whirl_of_a_balanced_rotor_tells_two_directions(measured):
     fit = rsc.fit(guess(BALANCED), measured("balanced"), FREE)
     assert [direction.told for direction in fit.directions] == [True, True, False, False]

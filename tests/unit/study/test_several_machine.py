@@ -141,6 +141,7 @@ def test_contacts_are_the_first_coordinates_and_their_masses_alone_are_coupled()
     assert np.abs(held - np.diag(held.diagonal())).max() < 1e-9 * held.max()
 
 
+@pytest.mark.nightly
 def test_a_large_sparse_body_with_two_contacts_is_within_the_tolerance():
     from dataclasses import replace
 

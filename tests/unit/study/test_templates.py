@@ -5,10 +5,10 @@ import pytest
 import rsc
 from rsc.measure.words import AGREES, DIFFERS, TOLERANCES
 from rsc.scene.files.templates import MODELS, STARTS, template
+from tiers import alternating
 
 
-@pytest.mark.parametrize("start", STARTS)
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize(("model", "start"), alternating(MODELS, STARTS))
 def test_no_window_of_a_template_differs(model, start):
     """Most agree; the others have a reason whose size was computed (docs/maintainers/tables/verdicts.md counts them)."""
     report = rsc.check(rsc.Scene.from_toml(template(model, start)))

@@ -15,6 +15,7 @@ from rsc.analysis.paper.anisotropy import anisotropic_part
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import in_both_directions
 from rsc.analysis.paper.states import amplitudes, typical
+from rsc.system.system import System
 
 _FREE = 1e-13  # share of the largest omega^2 up to which nothing opposes a motion: the rounding of a stiffness
 _BALANCED = 1e-6  # share of a load that springs may leave over where they hold it
@@ -23,7 +24,7 @@ _TURN = 0.2  # gaps that the contact may move in one step: its direction changes
 _SETTLED = 1e-12  # of a gap
 
 
-def at_rest(system):
+def at_rest(system: System):
     """Displacements in which everything rests under the load, the rotor at the angle 0.
 
     Parameters
@@ -41,21 +42,21 @@ def at_rest(system):
     return None if place is None else (place[:n], place[n : n + m])
 
 
-def states_at_rest(system):
+def states_at_rest(system: System):
     """First-order states (p,) of rotor and stator `at_rest`, complex; None where there is no rest."""
     return _states_in(system, _resting(system))
 
 
-def static_states(system):
+def static_states(system: System):
     """First-order states (p,) of rotor and stator with the `static_deflection`; None where nothing holds the load."""
     return _states_in(system, _hanging(system))
 
 
-def _states_in(system, place):
+def _states_in(system: System, place):
     return None if place is None else place[system.n_rotor + system.n_stator :]
 
 
-def _resting(system):
+def _resting(system: System):
     """Displacements of rotor and stator and first-order states `at_rest`, in one vector; None without."""
     free = _hanging(system)
     if free is None or abs(free[: system.n_rotor] @ system.rotor.contact + system.contact.ring) > law_of(system).gap:
@@ -63,7 +64,7 @@ def _resting(system):
     return free
 
 
-def _hanging(system):
+def _hanging(system: System):
     """As `_resting`, without contact; None where the load acts on a motion that nothing opposes."""
     if not system.rotor.load.any():
         return np.zeros(system.n_rotor + system.n_stator + system.n_states, complex)
@@ -72,7 +73,7 @@ def _hanging(system):
     return _complex(x) if _balanced(stiffness @ x - force, force, size) else None
 
 
-def static_deflection(system):
+def static_deflection(system: System):
     """Deflection of the rotor at rest by its load without contact, exactly.
 
     Parameters
@@ -88,7 +89,7 @@ def static_deflection(system):
     return np.full(system.n_rotor, np.inf + 0j) if place is None else place[: system.n_rotor]
 
 
-def _lying(system):
+def _lying(system: System):
     """As `_resting`, in contact, by Newton's method from where the load presses; None where it does not converge."""
     stiffness, force, size = _statics(system)
     contact = np.kron(np.eye(2), np.append(system.relative, np.zeros(system.n_states)))  # (2, 2 n), [y, z] of d
@@ -116,7 +117,7 @@ def _lying(system):
     return None
 
 
-def _statics(system):
+def _statics(system: System):
     """Stiffness (2 n, 2 n) and load (2 n,) of [y, z] of rotor, stator and first-order states, and the roots of their masses (m
     beside rad), for states what makes them comparable."""
     bodies, p = system.joined(), system.n_states

@@ -95,7 +95,7 @@ def critical_map(
     models = [reduced.model for reduced in reductions[:1]]
     shaft: Shaft | None = getattr(models[0], "shaft", None) if models else None
     if shaft is None:
-        raise SceneError("critical_map", "rotor", scene.rotor.model, "model \"shaft\" of a scene file")
+        raise SceneError("critical_map", "rotor", scene.rotor.model, 'model "shaft" of a scene file')
     known = [one.name for one in shaft.supports]
     chosen = known if bearings is None else [bearings] if isinstance(bearings, str) else list(bearings)
     if not chosen:

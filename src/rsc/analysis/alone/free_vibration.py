@@ -17,7 +17,7 @@ from rsc.analysis.paper.receptance import in_both_directions
 from rsc.analysis.paper.states import first_order
 from rsc.system.blas import one_thread
 from rsc.system.body import Body
-from rsc.system.system import System
+from rsc.system.system import FloatOrArray, System
 
 _FREE = 1e-7  # of the fastest motion: an eigenvalue 0, which is double where nothing damps it and then comes out so inaccurate
 _SPEEDS = 290  # between a thousandth and a hundred times the largest natural frequency, 4 % apart
@@ -137,7 +137,7 @@ def threshold_speed(system: System) -> float:
     grid = np.concatenate([[0.0], largest * np.geomspace(1e-3, 1e2, _SPEEDS)]) if largest else np.zeros(1)
     grid = np.union1d(grid, knots)
 
-    def growth(Omega):
+    def growth(Omega: FloatOrArray):
         return float(np.linalg.eigvals(first_order(system.rotor, *rotor_matrices(system, Omega))).real.max())
 
     if growth(0.0) > _UNDAMPED * largest:
@@ -150,13 +150,13 @@ def threshold_speed(system: System) -> float:
     return np.inf
 
 
-def rotor_matrices(system, Omega):
+def rotor_matrices(system: System, Omega: FloatOrArray):
     """Mass, damping with gyroscopics and stiffness of the rotor at Omega, rad/s: (N, N) complex, or (2 N, 2 N) of [y, z] where
     directions differ."""
     return matrices_of(system.rotor, Omega)
 
 
-def matrices_of(body, Omega):
+def matrices_of(body, Omega: FloatOrArray):
     """Mass, damping with gyroscopics and stiffness of one body, complex; real and of [y, z] where its directions differ."""
     body = body.at_speed(Omega).without_states()
     damping = body.damping - 1j * Omega * body.gyroscopic

@@ -22,9 +22,7 @@ _STILL = 1e-6  # of |lambda|: a smaller imaginary part is rounding
 Line = tuple[int | None, ...]
 
 
-def followed(
-    speeds: Sequence[float], at: Callable[[float], list[FreeVibration]], mass: NDArray[np.float64]
-) -> tuple[Line, ...]:
+def followed(speeds: Sequence[float], at: Callable[[float], list[FreeVibration]], mass: NDArray[np.float64]) -> tuple[Line, ...]:
     """The lines of a Campbell diagram.
 
     speeds : Hz, in the order in which modes are followed; at : vibrations at a speed, the slowest first; mass : (N, N)

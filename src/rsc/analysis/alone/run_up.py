@@ -52,7 +52,7 @@ def run_up_response(system: System, time: NDArray[np.float64]) -> NDArray[np.com
     return state[:, :n] @ rotor.contact
 
 
-def _augmented(system, Omega, rate):
+def _augmented(system: System, Omega, rate):
     """Matrix (2 N + p + 1, 2 N + p + 1) of w' = A w for w = [x, x', z, 1], z the p first-order states."""
     mass, damping, stiffness = rotor_matrices(system, Omega)
     turning = stiffness + (1j * rate - Omega**2) * mass + 1j * Omega * damping
@@ -67,7 +67,7 @@ def _augmented(system, Omega, rate):
     return matrix
 
 
-def _scale(system, Omega):
+def _scale(system: System, Omega: float):
     """Sizes of [x, x', z, 1] that are alike, with a typical frequency."""
     mass, _, stiffness = rotor_matrices(system, Omega)
     n, rotor = len(mass), system.rotor

@@ -15,6 +15,7 @@ from rsc.analysis.balance.problem import Problem
 from rsc.analysis.paper.receptance import receptance_rotor, receptance_stator, receptance_with_slope
 from rsc.analysis.paper.synchronous import synchronous_response, unbalance_response
 from rsc.system.blas import one_thread
+from rsc.system.system import System
 
 HARMONICS = 8
 
@@ -48,7 +49,7 @@ class Balance:
 
 
 @one_thread
-def balance(system, frequency, speed, harmonics=HARMONICS):
+def balance(system: System, frequency, speed, harmonics=HARMONICS):
     """Find a whirl with its unbalance at one rotor speed.
 
     Parameters
@@ -75,7 +76,7 @@ def balance(system, frequency, speed, harmonics=HARMONICS):
 
 
 @one_thread
-def balance_rolling(system, roll, speed):
+def balance_rolling(system: System, roll, speed):
     """Find a whirl that rolls with its unbalance at one rotor speed: its surfaces may slip during a part of the beat.
 
     Parameters
@@ -97,7 +98,7 @@ def balance_rolling(system, roll, speed):
     return problem.result(*problem.raised())
 
 
-def beat_of(system, balance):
+def beat_of(system: System, balance):
     """Contact force and its derivatives over the beat of a `Balance`, as `rsc.analysis.balance.balance_force.BeatForce`."""
     problem = _Unbalanced(system, TWO_PI * balance.speed, (len(balance.forces) - 1) // 2)
     return problem.residual(balance.forces, TWO_PI * balance.frequency)[3]
@@ -112,16 +113,16 @@ class _Unbalanced(Problem):
     beat_slope = -1.0
     limit = "no steady whirl with {} of the unbalance"
 
-    def __init__(self, system, Omega, harmonics, frequency=None):
+    def __init__(self, system: System, Omega: float, harmonics, frequency=None):
         super().__init__(system, Omega, np.arange(-harmonics, harmonics + 1))
         self.bodies, self.frequency = self.system.joined(), frequency
         self.rotor_free, E = unbalance_response(system, Omega)
         self.E = complex(E)
 
-    def beat(self, Psi):
+    def beat(self, Psi: float):
         return self.Omega - Psi
 
-    def linear(self, Psi, share):
+    def linear(self, Psi: float, share):
         u = np.zeros(len(self.k), complex)
         u[self.whirl + 1] = share * self.E
         H, slope = receptance_with_slope(self.bodies, self.Omega, self.lines_at(Psi))
@@ -134,7 +135,7 @@ class _Unbalanced(Problem):
         forces[self.whirl + 1], forces[self.whirl - 1] = share * part.force[0], share * part.mirror_force[0]
         return forces, float(Psi[0])
 
-    def result(self, forces, Psi, steps):
+    def result(self, forces, Psi: float, steps):
         """The `Balance` of a solution."""
         system, lines = self.system, self.lines_at(Psi)
         rotor = -receptance_rotor(system, lines, self.Omega) * forces
@@ -160,7 +161,7 @@ class _Unbalanced(Problem):
 class _Rolling(_Unbalanced):
     """As `_Unbalanced`, from a whirl that rolls."""
 
-    def __init__(self, system, Omega, harmonics, roll):
+    def __init__(self, system: System, Omega: float, harmonics, roll):
         super().__init__(system, Omega, harmonics)
         self.roll = roll
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rsc.analysis.paper.law import law_of
+from rsc.system.system import System
 
 # samples of the beat in which extremes are looked for, before they are refined by a parabola
 _ENVELOPE_SAMPLES = 2048
@@ -33,7 +34,7 @@ class BeatForce:
     by_Psi: np.ndarray
 
 
-def beat_force(system, d, v, Psi, Omega, held=None):
+def beat_force(system: System, d, v, Psi: float, Omega: float, held=None):
     """Contact force (7), (10), (11) with Coulomb's sign where the scene has a contact diameter.
 
     With d = rho e, |e| = 1, v / e = rho' + i t (t: tangential rate in the turning frame):

@@ -17,6 +17,7 @@ from rsc.analysis.paper.anisotropy import contact_motion, mirror_line
 from rsc.analysis.paper.receptance import along
 from rsc.system.blas import one_thread
 from rsc.system.body import ANISOTROPIC
+from rsc.system.system import System
 
 PAIRS = 6  # pairs of lines k, 1 - k
 _OFFSET = 1e-6  # of Psi, for the derivative of the receptances
@@ -47,7 +48,7 @@ class EllipticWhirl:
 
 
 @one_thread
-def elliptic_whirl(system, frequency, speed, pairs=PAIRS):
+def elliptic_whirl(system: System, frequency, speed, pairs=PAIRS):
     """Find a whirl of a system whose directions differ at one rotor speed, from that of its isotropic mean.
 
     Parameters
@@ -82,19 +83,19 @@ class _Elliptic(Problem):
     from_afar = False  # from the whirl of the mean such steps may lead to another whirl
     limit = "no whirl was found with {} of what makes the directions differ"
 
-    def __init__(self, system, Omega, pairs, frequency):
+    def __init__(self, system: System, Omega: float, pairs, frequency):
         super().__init__(system, Omega, np.arange(1 - pairs, pairs + 1))
         self.frequency, self.relative = frequency, system.relative
 
-    def beat(self, Psi):
+    def beat(self, Psi: float):
         return -2.0 * Psi
 
-    def linear(self, Psi, share):
+    def linear(self, Psi: float, share):
         at = [along(self.motions(Psi * (1.0 + offset), share), self.relative) for offset in (0.0, -_OFFSET, _OFFSET)]
         slope = (at[2] - at[1]) / (2.0 * _OFFSET * Psi)
         return 0.0, *zip(at[0], slope, strict=True)
 
-    def motions(self, Psi, share=1.0):
+    def motions(self, Psi: float, share=1.0):
         """X_0 and X_1 of all lines, (2, 2 K, N + M): motions by the contact force of the line and by that of the opposite one."""
         first = self.lines_at(Psi)[: len(self.k) // 2]
         motions = contact_motion(self.weakened(share), first, self.Omega)
@@ -112,7 +113,7 @@ class _Elliptic(Problem):
             forces[self.whirl + 1], forces[self.whirl - 1] = lines.force[0], lines.third_force[0]
         return forces, float(Psi[0])
 
-    def result(self, forces, Psi):
+    def result(self, forces, Psi: float):
         """The `EllipticWhirl` of a solution."""
         own, opposite = self.motions(Psi)
         motion = -own * forces[:, None] - opposite * forces[::-1].conj()[:, None]

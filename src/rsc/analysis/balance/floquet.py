@@ -12,10 +12,11 @@ from rsc.analysis.paper.stability import growth_of, put_states, without_phase
 from rsc.analysis.paper.states import amplitudes, states_of
 from rsc.analysis.paper.synchronous import unbalance_response
 from rsc.system.blas import one_thread
+from rsc.system.system import FloatOrArray, System
 
 
 @one_thread
-def balance_growth(system, balance):
+def balance_growth(system: System, balance):
     """Growth rate of small disturbances of a whirl with unbalance.
 
     In the frame turning with Psi small motions obey the equations of `rsc.analysis.paper.stability` with the contact law
@@ -39,7 +40,7 @@ def balance_growth(system, balance):
         return growth_of(np.log(multipliers) / period)
 
 
-def _over_beat(system, balance):
+def _over_beat(system: System, balance):
     """Matrix (4n, 4n) that carries the scaled state over one beat, and its eigenvector (4n,) of the whirl's free phase."""
     Psi, Omega = TWO_PI * balance.frequency, TWO_PI * balance.speed
     force = beat_of(system, balance)
@@ -54,7 +55,7 @@ def _over_beat(system, balance):
     return over_beat, scale * _phase_shift(system, balance, len(steps))
 
 
-def _phase_shift(system, balance, n_time):
+def _phase_shift(system: System, balance, n_time):
     """Direction of the whirl's free phase in the state (4n,): another phase turns line k by (1 - k) times it.
 
     Taken where the first step begins, half a sample before the beat does.
@@ -72,7 +73,7 @@ def _phase_shift(system, balance, n_time):
     return np.concatenate([part for own in parts for part in (own.real, own.imag)])
 
 
-def _free_matrices(system, Psi, Omega):
+def _free_matrices(system: System, Psi: FloatOrArray, Omega: FloatOrArray):
     """State matrix without contact (4n + 2p, 4n + 2p) of [Re x, Im x, Re x', Im x', Re z, Im z], the force's push (4n + 2p, 2)
     and its view (4, 4n + 2p); z are the p first-order states."""
     whole = system.at_speed(Omega).joined()

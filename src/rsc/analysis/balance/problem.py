@@ -17,6 +17,7 @@ import numpy as np
 from rsc.analysis.balance.balance_force import beat_force, hankel, lines_of, toeplitz
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.whirls import steady_whirls
+from rsc.system.system import System
 
 # samples of the beat per harmonic: the damper's kink needs more than the smooth force
 SAMPLES_PER_HARMONIC = 64
@@ -59,18 +60,18 @@ class Problem:
     limit: str  # what is raised, as a failure names it, with a place for how much of it
     from_afar = True  # whether steps from afar are tried first
 
-    def __init__(self, system, Omega, k):
+    def __init__(self, system: System, Omega: float, k):
         self.system, self.Omega, self.k = system.at_speed(Omega), Omega, k
         self.whirl = int(np.flatnonzero(k == 0)[0])
         self.n_time = SAMPLES_PER_HARMONIC * max(k[-1], 4)
         self.turn = law_of(system).turn
         self.size, self.unit = 1.0, 1.0  # a typical force and frequency, set at the start of each solution
 
-    def beat(self, Psi):
+    def beat(self, Psi: float):
         """Frequency of the beat, rad/s."""
         raise NotImplementedError
 
-    def linear(self, Psi, share):
+    def linear(self, Psi: float, share):
         """(u, H and dH/dPsi, H_c and dH_c/dPsi or None) of all lines, given the share of what is raised."""
         raise NotImplementedError
 
@@ -78,7 +79,7 @@ class Problem:
         """Forces (n,) and Psi near the motion with a share of what is raised."""
         raise NotImplementedError
 
-    def lines_at(self, Psi):
+    def lines_at(self, Psi: float):
         """w_k, rad/s."""
         return Psi + self.k * self.beat(Psi)
 
@@ -99,7 +100,7 @@ class Problem:
         except NotBalanced:
             return self.raised()
 
-    def residual(self, forces, Psi, share=1.0, far=False):
+    def residual(self, forces, Psi: float, share=1.0, far=False):
         """Residual (n,) of the balance, the distances d_k, what is `linear` and the force of the beat.
 
         far : bool, whether the derivatives are for a step from afar.
@@ -109,8 +110,8 @@ class Problem:
         if opposite is not None:
             d -= opposite[0] * forces[::-1].conj()
         rate = 1j * self.k * self.beat(Psi)
-        *motion, held = self._beats(d, rate * d, forces)
-        force = beat_force(self.system, *motion, Psi, self.Omega, held if far else None)
+        distance, velocity, held = self._beats(d, rate * d, forces)
+        force = beat_force(self.system, distance, velocity, Psi, self.Omega, held if far else None)
         lines = np.fft.fft(force.force)[self.k] / self.n_time
         return forces - lines, d, (own, opposite), force
 
@@ -120,7 +121,7 @@ class Problem:
         spectra[:, self.k] = lines
         return np.fft.ifft(spectra) * self.n_time
 
-    def solve(self, forces, Psi, share=1.0):
+    def solve(self, forces, Psi: float, share=1.0):
         """Newton's method; returns (forces, Psi, steps).
 
         Full steps: the contact is so stiff that every step along it first raises the force residual. Steps from afar are made
@@ -132,7 +133,7 @@ class Problem:
                 return self.newton(forces, Psi, share, _FAR)
         return self.newton(forces, Psi, share, np.inf)
 
-    def newton(self, forces, Psi, share, far):
+    def newton(self, forces, Psi: float, share, far):
         """As `solve`; a step is one from afar while the one before was longer than `far`."""
         length, sense = 1.0, np.sign(Psi)
         for step in range(1, _MOST_STEPS + 1):
@@ -179,12 +180,12 @@ class Problem:
         phase = -(forces[self.whirl] / self.turn).imag
         return np.concatenate([residual.real, residual.imag, [phase]]) / self.size
 
-    def moved(self, forces, Psi, change):
+    def moved(self, forces, Psi: float, change):
         """Forces and Psi after a step in the unknowns: Re F_k, Im F_k over a typical force, then Psi over itself."""
         n = len(self.k)
         return forces + self.size * (change[:n] + 1j * change[n : 2 * n]), Psi + self.unit * change[-1]
 
-    def jacobian(self, forces, Psi, state):
+    def jacobian(self, forces, Psi: float, state):
         """Derivative of the residual [Re, Im] and of the phase by the unknowns of `moved`, (2 n + 1, 2 n + 1)."""
         _, d, ((H, H_by_Psi), opposite), force = state
         n, k = len(self.k), self.k

@@ -20,6 +20,7 @@ from rsc.analysis.paper.small_motions import small_motion
 from rsc.analysis.paper.states import states_of
 from rsc.analysis.paper.synchronous import synchronous_response, unbalance_response
 from rsc.presented import Brief
+from rsc.system.system import FloatOrArray, System
 
 # a disturbance this far below the whirl begins to show in a spectrum of 60 dB
 SEEN = 1e-3
@@ -56,7 +57,7 @@ class Delay(Brief):
     towards: float
 
 
-def delayed_jump(system, branch, start_level=None, floor=None):
+def delayed_jump(system: System, branch, start_level=None, floor=None):
     """Predict where a run along the system's speed schedule leaves a whirl.
 
     Parameters
@@ -104,16 +105,17 @@ def delayed_jump(system, branch, start_level=None, floor=None):
         return Delay(crossing, end, end, end, start_level, floor, math.nan, "start", math.nan)
     at = int(np.argmax(after))
     thresholds = ((level, SEEN), (level, 1.0), (free, 1.0))
-    speeds = [_first(speed, values - math.log(limit), at, end) for values, limit in thresholds]
+    first_seen, jump, undisturbed = (_first(speed, values - math.log(limit), at, end) for values, limit in thresholds)
     towards = _growing_line(system, branch, crossing)
     cause = "floor" if source[at] else "start"
-    return Delay(crossing, *speeds, start_level, floor, float(np.exp(level[at])), cause, towards)
+    level_at_crossing = float(np.exp(level[at]))
+    return Delay(crossing, first_seen, jump, undisturbed, start_level, floor, level_at_crossing, cause, towards)
 
 
-def way_of(system):
+def way_of(system: System):
     """Times in s and speeds in Hz along the schedule, (SAMPLES,) each, up to where the speed turns back."""
     time = np.linspace(system.schedule_time[0], system.schedule_time[-1], SAMPLES)
-    speed = system.speed_at(time) / TWO_PI
+    speed = np.asarray(system.speed_at(time)) / TWO_PI
     change = np.diff(speed)
     way = np.sign(change[np.flatnonzero(change)[0]]) if change.any() else 1.0
     back = np.flatnonzero(way * change < 0.0)
@@ -153,7 +155,7 @@ def _first(speed, excess, begin, end):
     return float(speed[k - 1] + share * (speed[k] - speed[k - 1]))
 
 
-def rounding_floor(system, time, growth):
+def rounding_floor(system: System, time, growth):
     """Disturbance that rounding keeps up in a double-precision simulation, over the whirl's amplitude.
 
     Each step of the simulation rounds by u = 2^-53; at a slow crossing the steps count that lie within
@@ -177,7 +179,7 @@ def rounding_floor(system, time, growth):
     return 2.0**-53 * math.sqrt(max(steps, 1.0))
 
 
-def starting_level(system, branch, speed):
+def starting_level(system: System, branch, speed):
     """Disturbance of a run that starts on the whirl without its unbalance, over the whirl's amplitude.
 
     The start misses the lines of the unbalance; their part in the small motion that grows (or decays slowest) remains.
@@ -207,7 +209,7 @@ def starting_level(system, branch, speed):
     return max(abs(part) * float(motion.sizes(system).max()) / whirl.rotor_amplitude, 2.0**-53)
 
 
-def _unbalance_lines(system, Psi, F_N, Omega):
+def _unbalance_lines(system: System, Psi: FloatOrArray, F_N: FloatOrArray, Omega: FloatOrArray):
     """Lines that the unbalance adds to a whirl at Omega and at 2 Psi - Omega, (2, N + M) complex, consistent first order."""
     part, _ = synchronous_response(system, np.array([Psi]), np.array([F_N]), Omega)
     unbalanced, _ = unbalance_response(system, Omega)
@@ -218,7 +220,7 @@ def _unbalance_lines(system, Psi, F_N, Omega):
     return np.array(lines)
 
 
-def _growing_line(system, branch, speed):
+def _growing_line(system: System, branch, speed):
     """Frequency in Hz of the larger line of the growing motion."""
     whirl = branch.at(speed)
     Psi = TWO_PI * whirl.frequency

@@ -16,6 +16,7 @@ import numpy as np
 from rsc.analysis.follow.events import Event
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.states import first_order
+from rsc.system.system import FloatOrArray, System
 
 ESCAPES = "it runs away (12)"
 _FRICTIONS = np.geomspace(1e-6, 5.0, 34)
@@ -23,7 +24,7 @@ _EXACT = 1e-9  # share of a friction that is located
 _ROUNDING = 1e-12  # of the largest frequency, below which a growth is none
 
 
-def least_escape(system, Omega, band):
+def least_escape(system: System, Omega: FloatOrArray, band):
     """The Event from which on a backward motion runs away; None with a contact diameter, or where none does up to friction 5.
 
     system : System at the rotor speed Omega in rad/s, forward; band : lowest and highest Psi in rad/s that its bodies hold for
@@ -40,14 +41,14 @@ def least_escape(system, Omega, band):
     return Event(ESCAPES, high, _fastest(system, Omega, band, high) / TWO_PI, "above")
 
 
-def _fastest(system, Omega, band, friction):
+def _fastest(system: System, Omega: FloatOrArray, band, friction):
     """Psi in rad/s of the pressed motion that grows fastest backward, 0.0 where none does."""
     Psi = pressed_frequencies(system, Omega, friction)
     Psi = Psi[(Psi.real < 0.0) & (Psi.real >= band[0]) & (Psi.real <= band[1]) & (Psi.imag < -_ROUNDING * np.abs(Psi).max())]
     return float(Psi[np.argmin(Psi.imag)].real) if len(Psi) else 0.0
 
 
-def pressed_frequencies(system, Omega, friction):
+def pressed_frequencies(system: System, Omega: FloatOrArray, friction):
     """(2 (N + M) + p,) complex rad/s: Psi of the motions e^{i Psi t} of rotor and stator joined by a spring (1 + i mu) k_C at the
     contact; a motion with Im Psi < 0 grows."""
     whole, contact = system.at_speed(Omega).joined(), system.contact

@@ -27,6 +27,7 @@ from rsc.analysis.paper.stability import growth_of, state_matrices
 from rsc.analysis.paper.synchronous import forward_rub, unbalance_response
 from rsc.analysis.paper.watched import free_deflections, shape_deflections, shares, touched
 from rsc.analysis.paper.whirls import MOST_MIRROR
+from rsc.system.system import System
 
 ROLLING = "backward whirl, rolling"  # an attractor
 # causes of ends of a forward rub
@@ -108,7 +109,7 @@ class Attractor:
     touches: tuple[str, ...] = ()
 
 
-def rub_growth(system, rub, Omega):
+def rub_growth(system: System, rub, Omega: float):
     """Growth rate of small motions about a forward rub.
 
     Parameters
@@ -133,7 +134,7 @@ def rub_growth(system, rub, Omega):
     return growth_of(eigenvalues(matrix))
 
 
-def rub_ranges(system, speeds):
+def rub_ranges(system: System, speeds):
     """Find where forward rubs exist and are stable.
 
     Parameters
@@ -165,7 +166,7 @@ def rub_ranges(system, speeds):
     return sorted(_joined(ranges), key=lambda r: (r.begin.speed, r.solution))
 
 
-def attractors(system, speed):
+def attractors(system: System, speed):
     """List the steady motions at a rotor speed: no contact, forward rubs and backward whirls that slide or roll, stable or not.
 
     Parameters
@@ -198,12 +199,12 @@ def attractors(system, speed):
     return motions
 
 
-def _clearance(system, speed):
+def _clearance(system: System, speed):
     """(s - |E|) / s: the free gap of the motion without contact, over the gap."""
     return 1.0 - abs(unbalance_response(system, TWO_PI * speed)[1]) / law_of(system).gap
 
 
-def _discriminant(system, speed):
+def _discriminant(system: System, speed):
     """Discriminant of the quadratic for the force over (|H'| s)^2: negative where no forward rub exists."""
     law, Omega = law_of(system), TWO_PI * speed
     c, H = law.against_force(complex(receptance(system, Omega, Omega)))
@@ -229,7 +230,7 @@ def _roots(function, grid):
     return [float(scipy.optimize.brentq(function, points[k], points[k + 1], xtol=_LOCATED, rtol=_LOCATED)) for k in crossings]
 
 
-def _range(system, chosen, speeds, ends):
+def _range(system: System, chosen, speeds, ends):
     """One solution of the quadratic (chosen: index, number of solutions) over a range without ends inside."""
 
     @cache
@@ -261,11 +262,14 @@ def _range(system, chosen, speeds, ends):
         events.append(RubEvent(TOUCHES, speed, "below" if clearance(beside(speed)[0]) < 1.0 else "above"))
     events.sort(key=lambda event: event.speed)
     speeds = np.unique(np.concatenate([speeds, *(beside(event.speed) for event in events)]))
-    columns = np.array([(rub(v).amplitude, growth(v).rate, share(v), clearance(v)) for v in speeds.tolist()]).T
-    return RubRange(1 if chosen[1] == 1 else chosen[0], *ends, tuple(events), speeds, *columns)
+    rows = [(rub(v).amplitude, growth(v).rate, share(v), clearance(v)) for v in speeds.tolist()]
+    amplitude, rate, mirror, nearest = np.array(rows).T
+    begin, end = ends
+    solution = 1 if chosen[1] == 1 else chosen[0]
+    return RubRange(solution, begin, end, tuple(events), speeds, amplitude, rate, mirror, nearest)
 
 
-def clearance_share(system, rub):
+def clearance_share(system: System, rub):
     """Largest deflection over gap of a rub at the clearances that are watched; 0 without any."""
     if not system.clearances:
         return 0.0

@@ -77,7 +77,7 @@ def lag(system: System, time: NDArray[np.float64], speed: NDArray[np.float64], P
     return _measured(system, equilibrium, states)
 
 
-def _after(system, whirl, state, drive, step):
+def _after(system: System, whirl, state, drive, step):
     """State after a step with constant drive: modes of the state matrix, those that decay only."""
     Psi, F_N, Omega, shift = whirl
     matrix = state_matrices(system, np.array([Psi]), np.array([F_N]), Omega)[0]
@@ -93,7 +93,7 @@ def _after(system, whirl, state, drive, step):
     return (vectors @ np.where(decays, kept, 0.0)).real
 
 
-def _measured(system, equilibrium, states):
+def _measured(system: System, equilibrium, states):
     """`Lag` of states (n, 4 (N + M) + 2 p) beside the equilibrium (n, N + M)."""
     size = equilibrium.shape[1]
     change = states[:, :size] + 1j * states[:, size : 2 * size]

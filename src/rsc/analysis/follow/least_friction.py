@@ -14,6 +14,7 @@ from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.paper.roots import whirl_roots
 from rsc.analysis.paper.whirls import normal_force
 from rsc.system.assemble import SceneLike, assemble
+from rsc.system.system import FloatOrArray, System
 
 ROLLS, LIMIT = "it rolls (13)", "end of the band or of the contact's depth"
 NO_LEAST = "any friction"  # there is no fold, the least friction is 0
@@ -66,7 +67,7 @@ def least_frictions(scene: SceneLike, speed: float | None = None) -> tuple[Event
     return _both(system, Omega, _band(scene))
 
 
-def _both(system, Omega, band):
+def _both(system: System, Omega: float, band):
     """`least_frictions` of a System whose rotor turns forward or stands; band in rad/s."""
     system = system.at_speed(Omega)
     lasts = _least(system, Omega, band)
@@ -80,7 +81,7 @@ def _band(scene):
     return tuple(TWO_PI * choose(ends) for choose, ends in zip((max, min), zip(*bands, strict=True), strict=True))
 
 
-def _least(system, Omega, band):
+def _least(system: System, Omega: float, band):
     """The least friction of the whirls that last, of a System at the speed Omega; band in rad/s."""
     damped = any(body.damping.any() or body.n_states for body in system.bodies)
     if not (damped or system.skew):  # nothing takes what friction feeds
@@ -93,13 +94,13 @@ def _least(system, Omega, band):
     return min(filter(None, (sliding, rolling)), key=lambda event: event.value, default=None)
 
 
-def _counts(system, roll, band):
+def _counts(system: System, roll, band):
     """Whether a whirl that rolls is backward, inside the band, and either stable or larger than the gap."""
     is_large = roll.rotor_amplitude >= (1.0 - _ROUNDING) * system.contact.gap
     return band[0] <= roll.Psi <= min(band[1], 0.0) and (is_large or roll.stable)
 
 
-def _least_sliding(system, Omega, band):
+def _least_sliding(system: System, Omega: float, band):
     """The least friction of the whirls that slide, or None; where they begin to roll is told by rolling."""
     first = next((i for i, mu in enumerate(_FRICTIONS) if len(_backward(system, mu, Omega, band))), None)
     if first is None:
@@ -123,14 +124,14 @@ def _least_sliding(system, Omega, band):
     return Event(AMPLITUDE if amplitude[0] < (1.0 + _AT_LIMIT) * gap else cause, high, float(Psi[0]) / TWO_PI, "above")
 
 
-def _backward(system, friction, Omega, band):
+def _backward(system: System, friction, Omega: float, band):
     """Roots of the backward whirls with F_N > 0 and |r_R| >= s, no faster than rolling, at another friction."""
     system = system.with_friction(float(friction))
     Psi = whirl_roots(system, Omega)
     return Psi[_lasts(system, Psi, Omega, band)]
 
 
-def _lasts(system, Psi, Omega, band):
+def _lasts(system: System, Psi: FloatOrArray, Omega: float, band):
     """Which roots are whirls that may last."""
     F_N, amplitude, slip = _motion(system, Psi, Omega)
     lasts = (Psi < 0.0) & (Psi >= band[0]) & (Psi <= band[1])
@@ -139,7 +140,7 @@ def _lasts(system, Psi, Omega, band):
     return lasts if law.diameter is not None else lasts & law.within_its_gap(F_N)
 
 
-def _motion(system, Psi, Omega):
+def _motion(system: System, Psi: FloatOrArray, Omega: float):
     """(F_N in N, |r_R| in m, slip in m/s: infinite without a diameter) of whirls."""
     law, F_N = law_of(system), normal_force(system, Psi, Omega)
     with np.errstate(invalid="ignore"):  # at a pole of an undamped body there is no force
@@ -150,7 +151,7 @@ def _motion(system, Psi, Omega):
     return F_N, amplitude, law.slip(Psi, Omega, distance) - law.carried(distance)
 
 
-def _fold(system, Omega, Psi):
+def _fold(system: System, Omega: float, Psi: float):
     """The fold next to a frequency: the minimum of mu = -Im H / Re H; None if there is none with F_N > 0."""
     system = system.with_friction(0.0)
     for _ in range(60):

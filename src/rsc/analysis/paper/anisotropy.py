@@ -17,6 +17,7 @@ from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import along, dynamic_stiffness, entrywise, rotor_stiffness, solve_at
 from rsc.analysis.paper.synchronous import coupled_lines, envelope_of, unbalance_response
 from rsc.analysis.paper.whirls import whirl_shapes
+from rsc.system.system import FloatOrArray, System
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +42,7 @@ class MirrorLine:
     high: np.ndarray
 
 
-def mirror_line(system, Psi, F_N, Omega):
+def mirror_line(system: System, Psi: FloatOrArray, F_N: FloatOrArray, Omega: FloatOrArray):
     """Mirror line of a circular whirl at -Psi, to first order in that line.
 
     The contact force c F_N e^{i Psi t} of the whirl alone moves the contact at -Psi by E_- = -H_c(-Psi) conj(c) F_N, exactly. The
@@ -64,7 +65,7 @@ def mirror_line(system, Psi, F_N, Omega):
     return _mirrored(system, (Psi, F_N), Omega, whirl, 0.0)
 
 
-def rub_mirror_share(system, rub, Omega):
+def rub_mirror_share(system: System, rub, Omega: float):
     """Mirror line of a forward rub at -Omega over the rub, by `mirror_line`'s equations, driven by the unbalance as well; 0 where
     directions are alike.
 
@@ -86,7 +87,7 @@ def rub_mirror_share(system, rub, Omega):
     return float(_mirrored(system, motion, Omega, np.array([rub.amplitude]), free).share[0])
 
 
-def _mirrored(system, motion, Omega, whirl, free):
+def _mirrored(system: System, motion, Omega: FloatOrArray, whirl, free):
     """`MirrorLine` of a motion (Psi, F_N), given its amplitude and the motion of the rotor at -Psi without contact force."""
     (Psi, F_N), contact, n = motion, system.relative, system.n_rotor
     at_mirror, at_third = (contact_motion(system, w, Omega) for w in (-Psi, 3.0 * Psi))
@@ -100,7 +101,7 @@ def _mirrored(system, motion, Omega, whirl, free):
     return MirrorLine(np.abs(line / whirl), np.abs(line), np.abs(third), F_mirror, F_third, low, high)
 
 
-def contact_motion(system, w, Omega):
+def contact_motion(system: System, w, Omega: FloatOrArray):
     """Motions of all coordinates, rotor and stator, by contact forces F at w and F' at -w, which anisotropic terms join:
 
         z = -(X_0 F + X_1 conj(F')) at w,   z' = -(X_2 F' + X_3 conj(F)) at -w.
@@ -129,7 +130,7 @@ def contact_motion(system, w, Omega):
     return np.stack([own[..., 0], own[..., 1], beside[..., 1], beside[..., 0]])
 
 
-def doubled_stiffness(system, w, Omega):
+def doubled_stiffness(system: System, w, Omega: FloatOrArray):
     """Dynamic stiffness at w of [z, conj(z')], z the lines at w and z' those at -w, of n = N + M coordinates: (n_w, 2 n, 2 n)."""
     system = system.at_speed(Omega)
     bodies, w = system.joined(), np.asarray(w, dtype=float)
@@ -143,7 +144,7 @@ def doubled_stiffness(system, w, Omega):
     return matrices
 
 
-def anisotropic_part(system, kind):
+def anisotropic_part(system: System, kind):
     """E or C of rotor and stator as one, (n, n) complex; of a stack with one more axis."""
     n = system.n_rotor
     both = np.zeros((*system.rotor.mass.shape[:-2], n + system.n_stator, n + system.n_stator), complex)
@@ -154,7 +155,7 @@ def anisotropic_part(system, kind):
     return both
 
 
-def unbalance_ellipse(system, Omega):
+def unbalance_ellipse(system: System, Omega: FloatOrArray):
     """Deflection of the rotor by its unbalance without contact, exactly: forward and backward circle of each coordinate.
 
     Parameters
@@ -179,7 +180,7 @@ def unbalance_ellipse(system, Omega):
     return answer[:n], answer[size : size + n].conj()
 
 
-def largest_without_contact(system, Omega):
+def largest_without_contact(system: System, Omega: FloatOrArray):
     """Largest |r_R| at the contact coordinate and largest |d| of the motion without contact, m, a circle or an ellipse."""
     rotor, E = unbalance_response(system, Omega)
     if system.isotropic:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from rsc.errors import SceneError
-from rsc.system.system import ContactLaw
+from rsc.system.system import ContactLaw, FloatOrArray, System
 
 # by name, so that a constant which is added to a scene's law is refused until it is treated here
 _TREATED = ("stiffness", "damping", "friction", "diameter", "slip_velocity", "race_inertia", "race_drag")
@@ -59,15 +59,15 @@ class SteadyLaw(ContactLaw):
         """k_C s/F_N - 1 of the normal force with rigid contact: above 0 the contact is stiff enough for the whirl."""
         return self.stiffness * self.gap / F_rigid - 1.0
 
-    def distance(self, F_N):
+    def distance(self, F_N: FloatOrArray):
         """|d| = s + F_N/k_C in m of a steady motion."""
         return self.gap + np.asarray(F_N) / self.stiffness
 
-    def within_its_gap(self, F_N):
+    def within_its_gap(self, F_N: FloatOrArray):
         """Whether a force presses the contact in by less than the gap."""
         return self.stiffness * self.gap > F_N
 
-    def slopes(self, F_N):
+    def slopes(self, F_N: FloatOrArray):
         """Radial and tangential stiffness in N/m of the normal force about a steady motion: k_C, and F_N/|d| by its direction.
 
         Raises ValueError for rigid contact, about which nothing moves.
@@ -119,7 +119,7 @@ class SteadyLaw(ContactLaw):
         """Speed in m/s of the rotor's surface at the contact, Omega d_R/2; needs a diameter."""
         return 0.5 * Omega * self.diameter
 
-    def slip(self, Psi, Omega, distance):
+    def slip(self, Psi: FloatOrArray, Omega: FloatOrArray, distance):
         """Velocity in m/s with which the rotor's surface slides in a motion that turns at Psi with |d| (12); needs a diameter."""
         return self.surface(Omega) + Psi * distance
 
@@ -152,7 +152,7 @@ class SteadyLaw(ContactLaw):
         return np.clip(ratio, -1.0, 1.0), np.where(np.abs(ratio) < 1.0, 1.0 / self.slip_velocity, 0.0)
 
 
-def law_of(system):
+def law_of(system: System):
     """The `SteadyLaw` of the only contact of a System or of a stack; raises as `law_at`, SolverError of several."""
     return law_at(system.contact)
 

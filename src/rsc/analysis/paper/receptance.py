@@ -7,10 +7,12 @@ systems, which then pay nothing for them. What makes directions differ is left o
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from rsc.analysis.algebra.eigenvalues import eigenvalues
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.states import feedback
+from rsc.system.system import FloatOrArray, System
 
 _FREE = 1e-12  # share of the largest omega^2 up to which a mode counts as free: the rounding of its stiffness
 
@@ -37,7 +39,7 @@ def along(shapes, contact):
     return (shapes * contact).sum(axis=-1)
 
 
-def receptance_rotor(system, Psi, Omega):
+def receptance_rotor(system: System, Psi: FloatOrArray, Omega: FloatOrArray):
     """Contact-point receptance of the rotor, H_R(Psi) = l_R^T A_R(Psi)^-1 l_R (25).
 
     Parameters
@@ -55,17 +57,17 @@ def receptance_rotor(system, Psi, Omega):
     return _at_contact(rotor_stiffness(system, Psi, Omega), system.rotor.contact)
 
 
-def receptance_stator(system, Psi):
+def receptance_stator(system: System, Psi: FloatOrArray):
     """Contact-point receptance of the stator, H_S(Psi) (26), in m/N; 0 for a rigid stator. Shapes as in (25)."""
     return _at_contact(stator_stiffness(system, Psi), system.stator.contact)
 
 
-def receptance(system, Psi, Omega):
+def receptance(system: System, Psi: FloatOrArray, Omega: FloatOrArray):
     """Receptance of the contact, H(Psi) = H_R(Psi) + H_S(Psi), in m/N; arguments as `receptance_rotor`."""
     return receptance_rotor(system, Psi, Omega) + receptance_stator(system, Psi)
 
 
-def pushed(system, w, Omega, force):
+def pushed(system: System, w, Omega: FloatOrArray, force):
     """Displacements of all coordinates by contact forces at frequencies w: (-A_R^-1 l_R F, A_S^-1 l_S F).
 
     Parameters
@@ -85,24 +87,24 @@ def pushed(system, w, Omega, force):
     return rotor, solve_at(stator_stiffness(system, w), system.stator.contact) * force
 
 
-def rotor_stiffness(system, Psi, Omega):
+def rotor_stiffness(system: System, Psi: FloatOrArray, Omega: FloatOrArray):
     """Dynamic stiffness A_R(Psi) in N/m; shape of Psi followed by (N, N). Of a stack of systems Psi has one number each."""
     return _stiffness(system.rotor, Psi, Omega)
 
 
-def stator_stiffness(system, Psi):
+def stator_stiffness(system: System, Psi: FloatOrArray):
     """Dynamic stiffness A_S(Psi) in N/m; shape of Psi followed by (M, M)."""
     return _stiffness(system.stator, Psi, 0.0)
 
 
-def _stiffness(body, Psi, Omega):
+def _stiffness(body, Psi: FloatOrArray, Omega: FloatOrArray):
     body = body.at_speed(Omega)
     own = body.without_states()
     matrices = dynamic_stiffness(own.mass, own.by_frequency(Omega), own.static, Psi)
     return matrices - feedback(body, Psi) if body.n_states else matrices
 
 
-def dynamic_stiffness(mass, damping, stiffness, Psi):
+def dynamic_stiffness(mass, damping, stiffness, Psi: FloatOrArray):
     """K + i S - Psi^2 M + Psi D, for every Psi: stiffness K + i S and damping D, complex. Made in place: of large matrices this
     takes as long as solving them."""
     Psi = entrywise(Psi)
@@ -139,7 +141,7 @@ def _solve_or_inf(matrices, vectors):
         return np.concatenate([_solve_or_inf(matrices[part], vectors[part]) for part in (slice(half), slice(half, None))])
 
 
-def contact_receptance(system, Omega, Psi):
+def contact_receptance(system: System, Omega: FloatOrArray, Psi: NDArray[np.float64]):
     """cH and its first two derivatives with respect to Psi; Psi (n,) and Omega (one, or each) in rad/s give three (n,) arrays.
     The system may be a stack of n.
 
@@ -161,7 +163,7 @@ def contact_receptance(system, Omega, Psi):
         return c * along(x, bodies.contact), c * first, c * second
 
 
-def receptance_with_slope(bodies, Omega, Psi):
+def receptance_with_slope(bodies, Omega: FloatOrArray, Psi: NDArray[np.float64]):
     """H and dH/dPsi of rotor and stator as one Body (`System.joined`), without the friction factor, as `contact_receptance`."""
     whole = bodies.with_states()
     with np.errstate(invalid="ignore", over="ignore"):
@@ -170,7 +172,7 @@ def receptance_with_slope(bodies, Omega, Psi):
         return x @ whole.contact, -(y * moved).sum(-1)
 
 
-def _solved_with_slope(bodies, Omega, Psi, left=False):
+def _solved_with_slope(bodies, Omega: FloatOrArray, Psi: NDArray[np.float64], left=False):
     """A (n, N, N), x = A^-1 l and A' x (n, N); with `left` those of the transposed A."""
     damping = bodies.by_frequency(Omega)
     matrices = dynamic_stiffness(bodies.mass, damping, bodies.static, Psi)
@@ -179,14 +181,14 @@ def _solved_with_slope(bodies, Omega, Psi, left=False):
     return matrices, x, np.einsum("nij,nj->ni", damping - 2.0 * Psi[:, None, None] * bodies.mass, x)
 
 
-def phase_slopes(system, Omega, Psi):
+def phase_slopes(system: System, Omega: FloatOrArray, Psi: NDArray[np.float64]):
     """First and second derivative of the phase of cH with respect to Psi, (n,) in s and s^2."""
     value, first, second = contact_receptance(system, Omega, Psi)
     with np.errstate(divide="ignore", invalid="ignore"):
         return (first / value).imag, (second / value - (first / value) ** 2).imag
 
 
-def uncoupled_frequencies(system, Omega):
+def uncoupled_frequencies(system: System, Omega: FloatOrArray):
     """Signed undamped natural frequencies of the rotor alone, at one or several Omega.
 
     Returns
@@ -199,7 +201,7 @@ def uncoupled_frequencies(system, Omega):
     return natural_frequencies(system.rotor.mass, system.rotor.stiffness, system.rotor.gyroscopic, Omega)
 
 
-def coupled_frequencies(system, Omega):
+def coupled_frequencies(system: System, Omega: FloatOrArray):
     """Signed undamped natural frequencies with rotor and stator joined at their n contacts, at one or several Omega.
 
     At one contact they are the zeros of H_R + H_S.
@@ -214,17 +216,17 @@ def coupled_frequencies(system, Omega):
     bodies = system.joined()
     rows = np.array([np.concatenate([contact.rotor, -contact.stator]) for contact in system.contacts])
     free = scipy.linalg.null_space(rows)  # every motion with l_R r_R = l_S r_S
-    matrices = (free.T @ matrix @ free for matrix in (bodies.mass, bodies.stiffness, bodies.gyroscopic))
-    return natural_frequencies(*matrices, Omega)
+    mass, stiffness, gyroscopic = (free.T @ matrix @ free for matrix in (bodies.mass, bodies.stiffness, bodies.gyroscopic))
+    return natural_frequencies(mass, stiffness, gyroscopic, Omega)
 
 
-def _at_each(frequencies, system, Omega):
+def _at_each(frequencies, system: System, Omega: FloatOrArray):
     """Frequencies of a system whose stiffness follows the speed, at each of one or several Omega."""
     rows = [frequencies(system.at_speed(speed), speed) for speed in np.ravel(Omega)]
     return np.reshape(rows, (*np.shape(Omega), -1))
 
 
-def natural_frequencies(mass, stiffness, gyroscopic, Omega):
+def natural_frequencies(mass, stiffness, gyroscopic, Omega: FloatOrArray):
     """Signed natural frequencies in rad/s of undamped bodies by their matrices (n, n), rising, at one or several Omega."""
     n = len(mass)
     if n == 0:
@@ -238,7 +240,7 @@ def natural_frequencies(mass, stiffness, gyroscopic, Omega):
     return np.sort(eigenvalues(pencil).real)
 
 
-def free_motions(system):
+def free_motions(system: System):
     """Number of motions of the rotor that its stiffness does not oppose; where directions differ each direction counts."""
     if system.rotor.n_states:  # whether a controller holds it shows in its free vibrations
         return 0

@@ -19,6 +19,7 @@ import scipy
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import receptance, receptance_rotor, receptance_stator
 from rsc.analysis.paper.stability import whirl_growth
+from rsc.system.system import FloatOrArray, System
 
 # whirls are looked for with |d| from s to as many gaps, between neighbours of frequencies so far apart
 _MOST_GAPS, _APART = 1e3, 1.002
@@ -43,7 +44,7 @@ class Roll:
         return self.growth_rate < 0.0
 
 
-def rolling_whirls(system, Omega, near=None):
+def rolling_whirls(system: System, Omega: float, near=None):
     """Whirls that roll, by rising frequency; none without a diameter or friction, at standstill, or on a race, which turns along.
 
     Parameters
@@ -76,7 +77,7 @@ def rolling_whirls(system, Omega, near=None):
     return [_roll(system, Psi, Omega) for Psi in sorted(roots) if abs(_rolling(system, Psi, Omega)[2]) < 1e-6 * abs(surface)]
 
 
-def _rolling(system, Psi, Omega):
+def _rolling(system: System, Psi: FloatOrArray, Omega: FloatOrArray):
     """(tau, F_N, slip less the one that belongs to tau), shape of Psi."""
     law, H = law_of(system), receptance(system, Psi, Omega)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -85,10 +86,11 @@ def _rolling(system, Psi, Omega):
     return tau, F_N, law.slip(Psi, Omega, law.distance(F_N)) - law.slip_of(tau)
 
 
-def _roll(system, Psi, Omega):
+def _roll(system: System, Psi: float, Omega: float):
     tau, F_N, _ = (float(value) for value in _rolling(system, Psi, Omega))
     force = np.hypot(1.0, tau) * F_N
-    amplitudes = [float(abs(complex(H)) * force) for H in (receptance_rotor(system, Psi, Omega), receptance_stator(system, Psi))]
+    receptances = receptance_rotor(system, Psi, Omega), receptance_stator(system, Psi)
+    rotor, stator = (float(abs(complex(H)) * force) for H in receptances)
     rolling_system = system.with_friction(tau)
     growth = whirl_growth(rolling_system, Psi, F_N, Omega, creep=law_of(system).creep(F_N))
-    return Roll(float(Psi), *amplitudes, F_N, tau, growth.rate)
+    return Roll(float(Psi), rotor, stator, F_N, tau, growth.rate)

@@ -8,6 +8,7 @@ from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import dynamic_stiffness, entrywise, mode_scale, solve_at, transposed
 from rsc.analysis.paper.states import amplitudes, free_matrix, typical
 from rsc.system.blas import threads_for
+from rsc.system.system import FloatOrArray, System
 
 ROOT_RESIDUAL = 1e-10  # |Im cH| / |cH| at which a root counts as met
 MET = 1e3 * ROOT_RESIDUAL  # the same for what Newton's method did not settle
@@ -23,7 +24,7 @@ _TOGETHER = 200_000  # entries of matrices that are solved together, so that the
 _OFFSETS = np.concatenate([-np.logspace(-5, -15, 31), [0.0], np.logspace(-15, -5, 31)])
 
 
-def whirl_roots(system, Omega):
+def whirl_roots(system: System, Omega: float):
     """Find every finite real Psi with Im[(1 + i mu) H(Psi)] = 0 (24), whatever the sign of F_N.
 
     No start values: the roots are real eigenvalues. With A = A_re + i A_im and x = p + i q = A^-1 l the condition is
@@ -49,7 +50,7 @@ def whirl_roots(system, Omega):
     return roots_by_place(system, Omega)[1]
 
 
-def roots_by_place(system, Omega, only_met=False):
+def roots_by_place(system: System, Omega: FloatOrArray, only_met=False):
     """(places, roots) of a stack of systems and their speeds, by place and rising; of a single system all places are 0.
 
     only_met : without places where the condition changes its sign and is not met, poles and zeros of undamped bodies: at a pole H
@@ -59,7 +60,7 @@ def roots_by_place(system, Omega, only_met=False):
         return _roots_of(system.at_speed(Omega).joined(), law_of(system).friction, Omega, only_met)
 
 
-def _roots_of(bodies, mu, Omega, only_met):
+def _roots_of(bodies, mu, Omega: FloatOrArray, only_met):
     """(places, roots) of `System.joined` bodies (one or a stack) with friction mu at the speeds Omega, by place and rising."""
     whole = bodies.with_states()
     whirling = np.asarray(mu != 0.0) | whole.damping.any(axis=(-2, -1))
@@ -101,7 +102,7 @@ def _modes(bodies):
     return square, transposed(per_root) @ vectors
 
 
-def _candidates(bodies, mu, Omega):
+def _candidates(bodies, mu, Omega: FloatOrArray):
     """Finite eigenvalues of the whirl pencil, complex, and typical frequencies of the modes, (n,), both in rad/s; not a number
     where an eigenvalue is infinite. Of a stack of systems each has one more axis, the first.
 
@@ -146,10 +147,10 @@ def _candidates(bodies, mu, Omega):
     return unit * _finite_eigenvalues(inner, by_h, of_w, matrix[..., 0, 2 * n]), scale
 
 
-def _candidates_with_states(bodies, mu, Omega):
+def _candidates_with_states(bodies, mu, Omega: FloatOrArray):
     """`_candidates` of bodies with first-order states, of w = [x, x', z] = p + i q, i Psi w = F w + b f with a real f:
 
-        Psi [p, q] = [[F_im, F_re], [-F_re, F_im]] [p, q] - [0, b] f,   mu l^T p + l^T q = 0.
+    Psi [p, q] = [[F_im, F_re], [-F_re, F_im]] [p, q] - [0, b] f,   mu l^T p + l^T q = 0.
     """
     stacked = bodies.mass.ndim > 2
     values, sizes = [], []
@@ -206,7 +207,7 @@ def _first_axis(columns, rows, vector):
     rows -= normal[..., None] * (normal[..., None, :] @ rows)
 
 
-def whirl_condition(bodies, mu, Omega, Psi):
+def whirl_condition(bodies, mu, Omega: FloatOrArray, Psi: FloatOrArray):
     """Im cH / |cH| and (Im cH)' / |cH| in s, both of the shape of Psi; bodies with their states as coordinates.
 
     The first, the sine of the phase of cH, has the zeros of Im cH but is bounded: no pole of H fakes a sign change
@@ -224,7 +225,7 @@ def whirl_condition(bodies, mu, Omega, Psi):
         return value.imag / np.abs(value), derivative.imag / np.abs(value)
 
 
-def _newton(bodies, mu, Omega, start):
+def _newton(bodies, mu, Omega: FloatOrArray, start):
     """Newton's method on Im cH from good starts: the best iterates and whether each meets the condition."""
     best, residual, moved = start.copy(), np.full(start.shape, np.inf), np.full(start.shape, np.inf)
     Psi, active = start, np.arange(len(start))
@@ -246,7 +247,7 @@ def _newton(bodies, mu, Omega, start):
     return best, (residual < ROOT_RESIDUAL) & (moved <= 1e-6 * np.abs(best))
 
 
-def _local_roots(bodies, mu, Omega, centres, only_met):
+def _local_roots(bodies, mu, Omega: FloatOrArray, centres, only_met):
     """Sign changes next to candidates that Newton did not settle: at a pole or zero of H, or roots too close to one another.
 
     Returns

@@ -6,12 +6,14 @@ from math import tau as TWO_PI
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import receptance
 from rsc.analysis.paper.roots import whirl_roots
 from rsc.analysis.paper.stability import Growth, state_matrices, whirl_eigenvalues, whirl_growth, whirl_phases
 from rsc.analysis.paper.whirls import normal_force
+from rsc.system.system import FloatOrArray, System
 
 # frequencies between two whirls at which the sign of Re H is looked up
 _BETWEEN = 401
@@ -41,11 +43,11 @@ class SmallMotion:
         parts = x, x_dot, np.asarray(z, dtype=complex)
         return complex(self.left @ np.concatenate([part for own in parts for part in (own.real, own.imag)]))
 
-    def sizes(self, system):
+    def sizes(self, system: System):
         """(2,) float, sizes of both lines at the contact coordinate of the rotor."""
         return np.abs(self.lines[:, : system.n_rotor] @ system.rotor.contact)
 
-    def larger_line(self, system, Psi):
+    def larger_line(self, system: System, Psi: FloatOrArray):
         """Frequency in rad/s of the larger line, about a whirl at Psi in rad/s."""
         upper, lower = self.sizes(system)
         return Psi + (1.0 if upper >= lower else -1.0) * self.eigenvalue.imag
@@ -82,7 +84,7 @@ class Departure:
     line: float
 
 
-def small_motion(system, Psi, F_N, Omega):
+def small_motion(system: System, Psi: FloatOrArray, F_N: FloatOrArray, Omega: FloatOrArray):
     """Find the fastest growing small motion about a whirl; arguments as `rsc.analysis.paper.stability.whirl_growth`."""
     matrix = state_matrices(system, np.array([Psi]), np.array([F_N]), Omega)[0]
     values, left, right = scipy.linalg.eig(matrix, left=True)
@@ -98,7 +100,7 @@ def small_motion(system, Psi, F_N, Omega):
     return SmallMotion(complex(values[i]), lines, dual)
 
 
-def damper_limits(system, Psi, F_N, Omega):
+def damper_limits(system: System, Psi: float, F_N: float, Omega: float):
     """Judge the stability of a whirl for both bounds and the mean of the one-sided contact damper.
 
     While |d| grows the damper is off, while it shrinks it is on: small motions see b* between 0 and b_C.
@@ -112,11 +114,11 @@ def damper_limits(system, Psi, F_N, Omega):
     -------
     DamperLimits
     """
-    growths = [whirl_growth(system, Psi, F_N, Omega, law_of(system).damper(share)) for share in (0.0, 0.5, 1.0)]
-    return DamperLimits(*growths, signs_agree=len({growth.rate > 0.0 for growth in growths}) == 1)
+    without, half, whole = (whirl_growth(system, Psi, F_N, Omega, law_of(system).damper(share)) for share in (0.0, 0.5, 1.0))
+    return DamperLimits(without, half, whole, len({growth.rate > 0.0 for growth in (without, half, whole)}) == 1)
 
 
-def undecided(system, branch):
+def undecided(system: System, branch):
     """Find where the limits of the one-sided contact damper disagree on the stability of a branch over the rotor speed.
 
     Parameters
@@ -163,13 +165,13 @@ def undecided(system, branch):
     return [(float(low), float(high)) for low, high in ranges if np.prod([rate(0.5 * (low + high), i) for i in (0, 1)]) < 0.0]
 
 
-def _rates(system, Psi, F_N, Omega):
+def _rates(system: System, Psi: NDArray[np.float64], F_N: FloatOrArray, Omega: FloatOrArray):
     """Growth rates (2, n) 1/s of whirls with the contact damper off and on."""
     limits = [law_of(system).damper(share) for share in (0.0, 1.0)]
     return np.array([whirl_eigenvalues(system, Psi, F_N, Omega, b_star).real.max(axis=1) for b_star in limits])
 
 
-def departure(system, whirl, whirls):
+def departure(system: System, whirl, whirls):
     """Tell in which way an unstable whirl is left.
 
     Parameters
@@ -193,7 +195,7 @@ def departure(system, whirl, whirls):
     return Departure("oscillatory", min(stable, key=lambda f: abs(f - line), default=np.nan), False, line)
 
 
-def _partner(system, whirl, whirls):
+def _partner(system: System, whirl, whirls):
     """The neighbouring whirl with no zero of Re H in between: the two merge at a smaller friction."""
     for neighbour in sorted(whirls, key=lambda w: abs(w.frequency - whirl.frequency))[1:]:
         between = TWO_PI * np.linspace(whirl.frequency, neighbour.frequency, _BETWEEN)

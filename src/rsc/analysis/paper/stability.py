@@ -10,7 +10,7 @@ from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import entrywise
 from rsc.analysis.paper.states import amplitudes, states_of
 from rsc.analysis.paper.whirls import whirl_shapes
-from rsc.system.system import System
+from rsc.system.system import FloatOrArray, System
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,9 +27,7 @@ class Growth:
     eigenvalues: NDArray[np.complex128]
 
 
-def whirl_growth(
-    system: System, Psi: float, F_N: float, Omega: float, b_star: float | None = None, creep: float = 0.0
-) -> Growth:
+def whirl_growth(system: System, Psi: float, F_N: float, Omega: float, b_star: float | None = None, creep: float = 0.0) -> Growth:
     """Growth rate of small disturbances of a steady whirl without unbalance.
 
         M x'' + (B + i Q + G + 2 i Psi M) x' + (K + i S - Psi^2 M + i Psi (B + i Q + G)) x + l f = 0
@@ -74,19 +72,19 @@ def whirl_growths(
     return [growth_of(row) for row in whirl_eigenvalues(system, Psi, F_N, Omega)]
 
 
-def whirl_eigenvalues(system, Psi, F_N, Omega, b_star=None, creep=0.0):
+def whirl_eigenvalues(system: System, Psi: NDArray[np.float64], F_N: FloatOrArray, Omega: FloatOrArray, b_star=None, creep=0.0):
     """Eigenvalues (n, 4 (N + M) - 1) of several whirls; the system may be a stack of n and Omega one speed each."""
     matrices = state_matrices(system, Psi, F_N, Omega, b_star, creep)
     return eigenvalues_without_phase(system, matrices, whirl_phases(system, Psi, F_N, Omega))
 
 
-def eigenvalues_without_phase(system, matrices, phases):
+def eigenvalues_without_phase(system: System, matrices, phases):
     """Eigenvalues of state matrices (n, k, k), balanced, but for the 0 that belongs to a shift of the phase (n, up to k)."""
     scale = state_scale(system, matrices)
     return eigenvalues(without_phase(scale[:, :, None] * matrices / scale[:, None, :], phases * scale[:, : phases.shape[1]]))
 
 
-def whirl_phases(system, Psi, F_N, Omega):
+def whirl_phases(system: System, Psi: FloatOrArray, F_N: FloatOrArray, Omega: FloatOrArray):
     """Change of every state by a shift of the phase, which moves every coordinate by i x0 and stays: the exact eigenvector of the
     eigenvalue 0, (n, 2 (N + M)) as far as it is not zero, with first-order states (n, 4 (N + M) + 2 p)."""
     shapes = np.concatenate(whirl_shapes(system, Psi, F_N, Omega), axis=1)
@@ -103,7 +101,7 @@ def growth_of(eigenvalues):
     return Growth(float(eigenvalues[0].real), float(abs(eigenvalues[0].imag)), eigenvalues)
 
 
-def state_matrices(system, Psi, F_N, Omega, b_star=None, creep=0.0):
+def state_matrices(system: System, Psi: NDArray[np.float64], F_N: FloatOrArray, Omega: FloatOrArray, b_star=None, creep=0.0):
     """State matrices of small motions, before the free phase is removed.
 
     Parameters
@@ -148,7 +146,7 @@ def state_matrices(system, Psi, F_N, Omega, b_star=None, creep=0.0):
     return matrix
 
 
-def put_states(matrix, bodies, inverse, Psi):
+def put_states(matrix, bodies, inverse, Psi: FloatOrArray):
     """Write first-order states into `state_matrices`, in place."""
     n, p = bodies.n_coordinates, bodies.n_states
     re, im, re_dot, im_dot = (slice(i * n, (i + 1) * n) for i in range(4))
@@ -161,7 +159,7 @@ def put_states(matrix, bodies, inverse, Psi):
     matrix[:, z, z_im], matrix[:, z_im, z] = Psi * np.eye(p), -Psi * np.eye(p)
 
 
-def state_scale(system, matrices):
+def state_scale(system: System, matrices):
     """Factors (n_psi, 4n + 2p) for states of comparable sizes: sqrt(m) x and sqrt(m) x' / omega, omega of the contact, and of
     first-order states z as much as a motion of 1 makes them."""
     masses = [np.diagonal(mass, axis1=-2, axis2=-1) for mass in (system.rotor.mass, system.stator.mass)]

@@ -8,15 +8,17 @@ of one first-order equation of [x, x', z].
 
 import numpy as np
 
+from rsc.system.system import FloatOrArray
 
-def feedback(body, Psi):
+
+def feedback(body, Psi: FloatOrArray):
     """Lz (i Psi - Az)^-1 (Bz + i Psi Bv) of a body or a stack, in N/m, for every Psi in rad/s."""
     turning = 1j * np.asarray(Psi)[..., None, None]
     resolvent = turning * np.eye(body.n_states) - body.state_matrix
     return body.state_force @ np.linalg.solve(resolvent, body.state_displacement + turning * body.state_velocity)
 
 
-def states_of(body, Psi, motion):
+def states_of(body, Psi: FloatOrArray, motion):
     """States (..., p) of a motion (..., n) e^{i Psi t} of a body."""
     turning = 1j * np.asarray(Psi)[..., None, None]
     sensed = (body.state_displacement + turning * body.state_velocity) @ np.asarray(motion)[..., None]
@@ -39,7 +41,7 @@ def first_order(body, mass, damping, stiffness):
     return matrix
 
 
-def free_matrix(body, Omega):
+def free_matrix(body, Omega: FloatOrArray):
     """`first_order` of a body at a rotor speed in rad/s."""
     plain = body.without_states()
     return first_order(body, plain.mass, -1j * plain.by_frequency(Omega), plain.static)

@@ -18,6 +18,7 @@ from rsc.analysis.paper.receptance import (
     stator_stiffness,
 )
 from rsc.analysis.paper.whirls import whirl_shapes
+from rsc.system.system import FloatOrArray, System
 
 _PHASES = np.exp(2j * np.pi * np.arange(64) / 64)
 
@@ -61,7 +62,7 @@ class ForwardRub:
     stator_shape: np.ndarray
 
 
-def free_motion(system, Omega):
+def free_motion(system: System, Omega: FloatOrArray):
     """Deflection of the rotor by its unbalance without contact, A_R(Omega)^-1 unbalance Omega^2.
 
     Parameters
@@ -79,13 +80,13 @@ def free_motion(system, Omega):
     return np.where(Omega[..., None] == 0.0, 0.0, solve_at(matrices, system.rotor.unbalance)) * Omega[..., None] ** 2
 
 
-def unbalance_response(system, Omega):
+def unbalance_response(system: System, Omega: FloatOrArray):
     """`free_motion`, and with it the deflection E = l_R^T rotor + eps_A of the contact ring, shape of Omega, complex m."""
     rotor = free_motion(system, Omega)
     return rotor, along(rotor, system.rotor.contact) + system.contact.ring
 
 
-def synchronous_response(system, Psi, F_N, Omega):
+def synchronous_response(system: System, Psi: FloatOrArray, F_N: FloatOrArray, Omega: FloatOrArray):
     """Synchronous part of a whirl to first order in the unbalance.
 
     The contact force F = (1 + i mu)(k_C (|d| - s) + b* |d|') d/|d| is linearised about d_0 = s + F_N/k_C in the frame
@@ -124,14 +125,14 @@ def synchronous_response(system, Psi, F_N, Omega):
     return tuple(SynchronousPart(*form) for form in forms)
 
 
-def synchronous_lines(system, Psi, F_N, Omega):
+def synchronous_lines(system: System, Psi: FloatOrArray, F_N: FloatOrArray, Omega: FloatOrArray):
     """F_Omega, F_m in N and a_Omega in m of the consistent form, complex, against the mark of the shaft; arguments as
     `synchronous_response`."""
     F_Omega, F_m, line, _ = _lines(system, np.asarray(Psi, dtype=float), np.asarray(F_N, dtype=float), Omega)
     return F_Omega[0], F_m[0], line[0]
 
 
-def _lines(system, Psi, F_N, Omega):
+def _lines(system: System, Psi: FloatOrArray, F_N: FloatOrArray, Omega: FloatOrArray):
     """F_Omega, F_m in N, a_Omega, a_m in m, complex; of each the consistent and the printed form, (2, shape of Psi)."""
     law, m = law_of(system), 2.0 * Psi - Omega
     unbalanced, E = unbalance_response(system, Omega)
@@ -141,14 +142,14 @@ def _lines(system, Psi, F_N, Omega):
     with np.errstate(divide="ignore", invalid="ignore"):
         q = law.distance(F_N) / (2.0 * F_N)
         F_Omega = np.stack([forces[0], E / (H + 2.0 * q / law.turn)])
-        F_m = np.stack([forces[1], np.zeros(Psi.shape)])
+        F_m = np.stack([forces[1], np.zeros(np.shape(Psi))])
         line = along(unbalanced, system.rotor.contact) - H_r * F_Omega
     pole = ~np.isfinite(H)  # at rest, free motions: the rotor follows its contact ring without force
     F_Omega, F_m, line = np.where(pole, 0.0, F_Omega), np.where(pole, 0.0, F_m), np.where(pole, -system.contact.ring, line)
     return F_Omega, F_m, line, -H_r_mirror * F_m
 
 
-def coupled_lines(system, whirl, lines, E):
+def coupled_lines(system: System, whirl, lines, E):
     """Forces F_w and F_m of a line driven at w and of its mirror line at m = 2 Psi - w, which the contact of a whirl joins.
 
     Parameters
@@ -197,7 +198,7 @@ def envelope_of(whirl, line, mirror_line):
     return ends
 
 
-def forward_rub(system, Omega):
+def forward_rub(system: System, Omega: float):
     """Find the synchronous motions in permanent contact (forward rub).
 
     With c = (1 - i mu)/sqrt(1 + mu^2), H' = H(Omega) + c/(k_C sqrt(1 + mu^2)) and E the unbalance response of the
@@ -238,7 +239,7 @@ def forward_rub(system, Omega):
     return motions
 
 
-def _rub_forces(system, Omega, E):
+def _rub_forces(system: System, Omega: FloatOrArray, E):
     """c, H'(Omega) and both solutions F (last axis; not a number: no motion) of the quadratic of the forward rub."""
     law = law_of(system)
     with np.errstate(invalid="ignore", divide="ignore"):  # a free motion has a pole at rest
@@ -249,7 +250,7 @@ def _rub_forces(system, Omega, E):
         return c, H, np.stack([(-half - spread) / square, (-half + spread) / square], axis=-1)
 
 
-def _receptance_at_own_speed(system, Omega):
+def _receptance_at_own_speed(system: System, Omega: FloatOrArray):
     """H(Omega) at the rotor speed Omega itself, for an array of speeds."""
     rotor = solve_at(rotor_stiffness(system, Omega, Omega), system.rotor.contact)
     rotor = np.where(np.isfinite(rotor), rotor, np.nan)
@@ -257,7 +258,7 @@ def _receptance_at_own_speed(system, Omega):
     return rotor @ system.rotor.contact + stator @ system.stator.contact
 
 
-def synchronous_resonance(system, Omega_range):
+def synchronous_resonance(system: System, Omega_range):
     """Rotor speed at which the forward rub is largest.
 
     Parameters
@@ -281,13 +282,13 @@ def synchronous_resonance(system, Omega_range):
         amplitude = _rub_amplitude(system, Omega)
         if np.all(np.isnan(amplitude)):
             return best
-        i = np.nanargmax(amplitude)
+        i = int(np.nanargmax(amplitude))
         best = float(Omega[i])
         low, high = Omega[max(i - 1, 0)], Omega[min(i + 1, n_speeds - 1)]
     return best
 
 
-def _rub_amplitude(system, Omega):
+def _rub_amplitude(system: System, Omega: FloatOrArray):
     """|r_R| of the forward rub that presses more at each speed (not a number: no contact); the other one is a saddle."""
     rotor, E = unbalance_response(system, Omega)
     c, H, forces = _rub_forces(system, Omega, E)

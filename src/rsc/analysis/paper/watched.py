@@ -7,9 +7,10 @@ from rsc.analysis.paper.anisotropy import unbalance_ellipse
 from rsc.analysis.paper.receptance import along, in_both_directions, pushed
 from rsc.analysis.paper.synchronous import envelope_of, unbalance_response
 from rsc.analysis.paper.whirls import whirl_shapes
+from rsc.system.system import FloatOrArray, System
 
 
-def whirl_deflections(system, Psi, F_N, Omega, forces):
+def whirl_deflections(system: System, Psi: FloatOrArray, F_N: FloatOrArray, Omega: FloatOrArray, forces):
     """Largest deflection of whirls with their unbalance at each clearance, to first order in it as `synchronous_response`.
 
     Parameters
@@ -39,22 +40,22 @@ def whirl_deflections(system, Psi, F_N, Omega, forces):
     return np.array(largest).reshape(len(system.clearances), *Psi.shape).T
 
 
-def shape_deflections(system, rotor, stator):
+def shape_deflections(system: System, rotor, stator):
     """Deflections (k,) m at the clearances of a motion with the shapes rotor (N,) and stator (M,), such as a forward rub."""
     return np.array([abs(rotor @ place.rotor - stator @ place.stator) for place in system.clearances])
 
 
-def free_deflections(system, Omega):
+def free_deflections(system: System, Omega: FloatOrArray):
     """Largest deflection (k,) m at each clearance of the motion by unbalance and load without contact at a speed in rad/s."""
     if system.isotropic:
-        lines = (unbalance_response(system, np.asarray(Omega, dtype=float))[0],)
+        turning = [unbalance_response(system, np.asarray(Omega, dtype=float))[0]]
     else:
-        lines = unbalance_ellipse(system, Omega)
-    lines = (*lines, static_deflection(system, Omega))
+        turning = [*unbalance_ellipse(system, Omega)]
+    lines = (*turning, static_deflection(system, Omega))
     return np.array([sum(abs(part @ place.rotor) for part in lines) for place in system.clearances])
 
 
-def static_deflection(system, Omega):
+def static_deflection(system: System, Omega: FloatOrArray):
     """Deflection (N,) complex m of the rotor by its constant load, K r + i S r + E conj(r) = f_0; the least one where nothing
     holds a motion."""
     body = system.rotor.at_speed(Omega)
@@ -67,12 +68,12 @@ def static_deflection(system, Omega):
     return (y + 1j * z)[: body.n_coordinates]
 
 
-def shares(system, deflections):
+def shares(system: System, deflections):
     """Deflections (..., k) at the clearances over their gaps."""
     return deflections / np.stack([np.asarray(place.gap, dtype=float) for place in system.clearances], axis=-1)
 
 
-def touched(system, over_gap):
+def touched(system: System, over_gap):
     """Names of the clearances whose share (k,) of the gap is one or more, that which is passed furthest first."""
     order = np.argsort(-np.asarray(over_gap), kind="stable")
     return tuple(system.clearances[i].name for i in order if over_gap[i] >= 1.0)

@@ -11,6 +11,7 @@ import numpy as np
 from rsc.analysis.paper.law import law_of
 from rsc.analysis.paper.receptance import along, pushed, receptance
 from rsc.analysis.paper.roots import MET, entry_at, roots_by_place, whirl_condition
+from rsc.system.system import FloatOrArray, System
 
 DOMINANCE = 3.0  # |F_Psi| / |F_Omega| from which the asynchronous force dominates
 MOST_MIRROR = 0.1  # |a_-| / |a| up to which a whirl counts as a circle where directions differ
@@ -26,7 +27,7 @@ class Condition:
     holds: np.ndarray
 
 
-def normal_force(system, Psi, Omega, rigid=False):
+def normal_force(system: System, Psi: FloatOrArray, Omega: FloatOrArray, rigid=False):
     """Normal force of a whirl, F_N = -s / (Re[(1 + i mu) H(Psi)] + 1/k_C) (27).
 
     Parameters
@@ -47,12 +48,12 @@ def normal_force(system, Psi, Omega, rigid=False):
     return law.normal_force((law.turn * receptance(system, Psi, Omega)).real, rigid)
 
 
-def steady_whirls(system, Omega):
+def steady_whirls(system: System, Omega: FloatOrArray):
     """Psi (rad/s) and F_N (N) of every whirl at a rotor speed in rad/s: the roots with positive normal force, rising."""
     return whirls_by_place(system, Omega)[1:]
 
 
-def whirls_by_place(system, Omega):
+def whirls_by_place(system: System, Omega: FloatOrArray):
     """(places, Psi, F_N) of every whirl of a stack of systems (`system.stacked`) at their rotor speeds, by place and rising."""
     place, Psi = roots_by_place(system, Omega, only_met=True)
     F_N = normal_force(system.at(place), Psi, entry_at(Omega, place))
@@ -60,7 +61,7 @@ def whirls_by_place(system, Omega):
     return place[exists], Psi[exists], F_N[exists]
 
 
-def whirl_shapes(system, Psi, F_N, Omega):
+def whirl_shapes(system: System, Psi: FloatOrArray, F_N: FloatOrArray, Omega: FloatOrArray):
     """Deflections of a whirl in the frame turning with Psi, contact angle 0 (19), (20).
 
     r_R = -A_R^-1 l_R (1 + i mu) F_N,  r_S = A_S^-1 l_S (1 + i mu) F_N,  l_R^T r_R - l_S^T r_S = s + F_N / k_C.
@@ -79,7 +80,9 @@ def whirl_shapes(system, Psi, F_N, Omega):
     return pushed(system, Psi, Omega, law_of(system).turn * np.asarray(F_N))
 
 
-def side_conditions(system, Psi, F_N, Omega, F_Omega, mirror_share=None, deflected=None):
+def side_conditions(
+    system: System, Psi: FloatOrArray, F_N: FloatOrArray, Omega: FloatOrArray, F_Omega, mirror_share=None, deflected=None
+):
     """Judge whirl roots by the paper's side conditions.
 
     Parameters
@@ -137,7 +140,7 @@ def side_conditions(system, Psi, F_N, Omega, F_Omega, mirror_share=None, deflect
     return conditions
 
 
-def sliding_margin(law, Psi, distance, Omega):
+def sliding_margin(law, Psi: FloatOrArray, distance, Omega: FloatOrArray):
     """Margin of (12) as `side_conditions` tells it, given |d| in m, with a race that turns as friction turns it at last."""
     if law.diameter is None:
         return np.full(np.shape(Psi), np.inf)

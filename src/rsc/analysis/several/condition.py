@@ -13,9 +13,11 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rsc.analysis.paper.law import law_at
 from rsc.analysis.paper.receptance import dynamic_stiffness, solve_at, transposed
+from rsc.system.system import FloatOrArray, System
 
 MET = 1e-10  # of the gaps: what may be left of (W)
 _STEPS = 40
@@ -49,17 +51,18 @@ class Pressed:
     gap: Any  # (n,) m, s_j; or (m, n) of m candidates
     stiffness: Any  # (n,) N/m, k_j
     ring: Any  # (n,) complex m, eccentricity of the rotor's ring
+    states: int = 0  # p, number of the first-order states, the last of the coordinates
 
     @property
     def n(self):
         """Number of contacts."""
         return len(self.laws)
 
-    def dynamic_stiffness(self, Psi):
+    def dynamic_stiffness(self, Psi: FloatOrArray):
         """A(Psi), (m, N + M, N + M)."""
         return dynamic_stiffness(self.bodies.mass, self.bodies.by_frequency(self.Omega), self.bodies.static, Psi)
 
-    def solved(self, Psi):
+    def solved(self, Psi: NDArray[np.float64]):
         """A^-1 l_j as columns, (m, N + M, n); not a number where A is exactly singular."""
         matrices = self.dynamic_stiffness(Psi)
         try:
@@ -69,14 +72,14 @@ class Pressed:
             columns = np.stack([solve_at(matrices, self.rows[..., j, :]) for j in range(self.n)], axis=-1)
             return np.where(np.isfinite(columns), columns, np.nan)
 
-    def receptances(self, Psi):
+    def receptances(self, Psi: NDArray[np.float64]):
         """H (m, n, n) in m/N and dH/dPsi."""
         solved = self.solved(Psi)
         moved = self.bodies.by_frequency(self.Omega) @ solved
         moved -= 2.0 * Psi[:, None, None] * (self.bodies.mass @ solved)
         return self.rows @ solved, -self.left(Psi, solved) @ moved
 
-    def left(self, Psi, solved):
+    def left(self, Psi: FloatOrArray, solved):
         """l_j^T A^-1 as rows (m, n, N + M), given A^-1 l_j as columns: the same where A is symmetric."""
         if self.bodies.symmetric:
             return transposed(solved)
@@ -88,7 +91,7 @@ class Pressed:
         return self.gap + N / self.stiffness
 
     def shapes(self, whirls):
-        """Deflections (m, N + M) of both bodies in the turning frame, the first contact at angle 0."""
+        """Deflections (m, N + M) of both bodies in the turning frame, and first-order states; the first contact at angle 0."""
         force = self.turn * whirls.N * np.exp(1j * whirls.phi)
         return -(self.solved(whirls.Psi) @ force[:, :, None])[:, :, 0]
 
@@ -104,7 +107,7 @@ class Pressed:
         return replace(self, laws=laws, **arrays)
 
 
-def pressed(system, Omega, contacts):
+def pressed(system: System, Omega: FloatOrArray, contacts):
     """The `Pressed` of some contacts of a System (their numbers) at a rotor speed in rad/s; of several speeds, or of a stack of
     systems, every array has one more axis, the first."""
     own, p = [system.contacts[j] for j in contacts], system.n_states
@@ -118,6 +121,7 @@ def pressed(system, Omega, contacts):
         gap=np.stack([law.gap for law in laws], axis=-1),
         stiffness=np.stack([law.stiffness for law in laws], axis=-1),
         ring=np.stack([contact.ring for contact in own], axis=-1),
+        states=p,
     )
 
 

@@ -1,7 +1,7 @@
 """The whirls of a pressed set as they are told: deflections, margins, what they touch, growth and unbalance."""
 
 from math import tau as TWO_PI
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from rsc.analysis.paper.whirls import CIRCULAR, DOMINANCE, MOST_MIRROR, WITHIN, 
 from rsc.analysis.several.growth import growths
 from rsc.analysis.several.unbalance import direction_lines, largest, unbalance_lines
 from rsc.analysis.several.whirl import AtContact, SeveralWhirl
+from rsc.system.system import System
 
 _NONE = SynchronousForm(np.nan, np.nan, np.nan, np.nan, (np.nan, np.nan))  # the paper prints nothing of several contacts
 _ABOVE = {"asynchronous_force_dominates": DOMINANCE}  # margins hold above 0 but for this
@@ -24,12 +25,12 @@ class _Place(NamedTuple):
     ring: complex
 
 
-def described(system, pressed_set, speed, at=None):
+def described(system: System, pressed_set, speed, at=None):
     """The `SeveralWhirl` of each whirl of a `WhirlsOfSet`, a list; speed in Hz. What is of one contact is told at the contact of
     number `at`, by default at the one that is pressed hardest."""
     own, whirls = pressed_set.own, pressed_set.whirls
     lines = unbalance_lines(system, own, whirls)
-    moved = own.shapes(whirls), *lines[:2]
+    moved = [part[:, : system.n_rotor + system.n_stator] for part in (own.shapes(whirls), *lines[:2])]
     places = _places(system, pressed_set.contacts)
     shares = np.array([largest(moved[0] @ p.row, moved[1] @ p.row + p.ring, moved[2] @ p.row)[1] / p.gap for p in places])
     shares = shares.reshape(len(places), len(whirls.Psi)).T
@@ -39,8 +40,9 @@ def described(system, pressed_set, speed, at=None):
     shown = pressed[np.argmax(whirls.N, axis=1)] if at is None else np.full(len(whirls.Psi), at)
     forms = _forms([_everywhere(system, part) for part in moved], [_of_all(system, pressed, part) for part in lines[2:]], shown)
     normal = _of_all(system, pressed, whirls.N)
-    mirrors = [None] * len(whirls.Psi) if system.isotropic else _mirrors(system, pressed_set, moved[0], shown)
+    mirrors = [None] * len(whirls.Psi)
     if not system.isotropic:
+        mirrors = _mirrors(system, pressed_set, moved[0], shown)
         margins[CIRCULAR] = np.array([MOST_MIRROR - mirror.share for mirror in mirrors])
     told = []
     for i, growth in enumerate(growths(system, own, whirls)):
@@ -73,13 +75,11 @@ def described(system, pressed_set, speed, at=None):
     return told
 
 
-def _places(system, contacts):
+def _places(system: System, contacts):
     """The `_Place` of each contact that is not pressed, and of each clearance."""
     others = [contact for j, contact in enumerate(system.contacts) if j not in contacts]
-    return [
-        _Place(place.name, place.gap, np.concatenate([place.rotor, -place.stator]), getattr(place, "ring", 0j))
-        for place in (*others, *system.clearances)
-    ]
+    places: list[Any] = [*others, *system.clearances]
+    return [_Place(p.name, p.gap, np.concatenate([p.rotor, -p.stator]), getattr(p, "ring", 0j)) for p in places]
 
 
 def _margins(own, whirls, rotor, force, shares):
@@ -99,12 +99,12 @@ def _margins(own, whirls, rotor, force, shares):
     return {name: margin.min(axis=1) for name, margin in margins.items()}
 
 
-def _everywhere(system, shapes):
+def _everywhere(system: System, shapes):
     """Displacements (m, n) of the rotor at every contact, of shapes (m, N + M)."""
     return shapes[:, : system.n_rotor] @ np.array([contact.rotor for contact in system.contacts]).T
 
 
-def _of_all(system, pressed, values):
+def _of_all(system: System, pressed, values):
     """Values (m, n) at every contact, of those at the pressed ones; 0 at the others."""
     told = np.zeros((len(values), len(system.contacts)), values.dtype)
     told[:, pressed] = values
@@ -126,7 +126,7 @@ def _forms(rotor, forces, shown):
     ]
 
 
-def _mirrors(system, pressed_set, shapes, shown):
+def _mirrors(system: System, pressed_set, shapes, shown):
     """The `Mirror` of each whirl: its share at the pressed contact where it is largest, the rest at the one that is shown."""
     lines = direction_lines(system, pressed_set.own, pressed_set.whirls)
     rotor = [_everywhere(system, part) for part in (shapes, *lines)]
@@ -144,7 +144,7 @@ def _mirrors(system, pressed_set, shapes, shown):
     ]
 
 
-def _at_contacts(system, pressed, forces, shape):
+def _at_contacts(system: System, pressed, forces, shape):
     """The `AtContact` of every contact, by name, given the forces (n,) of the pressed ones."""
     told, force_of = {}, dict(zip(pressed, forces.tolist(), strict=True))
     for j, contact in enumerate(system.contacts):

@@ -8,11 +8,13 @@ docs/users/physics.md), but turned by its phase,
 
 import numpy as np
 
-from rsc.analysis.paper.receptance import in_both_directions
-from rsc.analysis.paper.stability import eigenvalues_without_phase, growth_of
+from rsc.analysis.paper.receptance import dynamic_stiffness, in_both_directions
+from rsc.analysis.paper.stability import eigenvalues_without_phase, growth_of, put_states
+from rsc.system.body import Body
+from rsc.system.system import FloatOrArray, System
 
 
-def growths(system, own, whirls):
+def growths(system: System, own, whirls):
     """The `Growth` of each of m whirls, whose contacts slide forward; the damper of a contact counts with its mean, b_C/2.
 
     Parameters
@@ -21,27 +23,40 @@ def growths(system, own, whirls):
     own : Pressed
     whirls : Whirling
     """
-    matrices = np.array([_state_matrix(own, *whirl) for whirl in zip(*whirls, strict=True)])
+    bodies = system.at_speed(own.Omega).joined()
+    matrices = np.array([_state_matrix(own, bodies, *whirl) for whirl in zip(*whirls, strict=True)])
     if not len(matrices):
         return []
-    shapes = own.shapes(whirls)
-    phases = np.concatenate([-shapes.imag, shapes.real], axis=1)
+    shapes, z = np.split(own.shapes(whirls), [bodies.n_coordinates], axis=1)
+    phases = np.concatenate([-shapes.imag, shapes.real, *(_of_states(shapes, z) if own.states else ())], axis=1)
     return [growth_of(row) for row in eigenvalues_without_phase(system, matrices, phases)]
 
 
-def _state_matrix(own, Psi, N, phi):
-    """State matrix (4 n, 4 n) of [Re x, Im x, Re x', Im x'] about one whirl."""
-    bodies = own.bodies
+def _of_states(shapes, z):
+    """The rest of the phase's state where there are first-order states: velocities, which are none, and their own change."""
+    return np.zeros((len(shapes), 2 * shapes.shape[1])), -z.imag, z.real
+
+
+def _state_matrix(own, whole: Body, Psi: FloatOrArray, N, phi):
+    """State matrix (4 n + 2 p, 4 n + 2 p) of [Re x, Im x, Re x', Im x', Re z, Im z] about one whirl; whole: both bodies."""
+    bodies, n = whole.without_states(), whole.n_coordinates
     mass, turning = bodies.mass, bodies.turning(own.Omega)
-    stiffness = in_both_directions(own.dynamic_stiffness(np.array([Psi]))[0], None)
+    A = dynamic_stiffness(mass, bodies.by_frequency(own.Omega), bodies.static, np.array([Psi]))[0]
+    stiffness = in_both_directions(A, None)
     damping = in_both_directions(bodies.damping - 1j * turning + 2j * Psi * mass, None)
-    for law, row, force, angle in zip(own.laws, own.rows, N, phi, strict=True):
+    for law, row, force, angle in zip(own.laws, own.rows[:, :n], N, phi, strict=True):
         radial, tangential = law.slopes(force)
         place = np.outer(row, row)
         stiffness += np.kron(_turned(law.friction, angle, radial, tangential), place)
         damping += np.kron(_turned(law.friction, angle, law.mean_damping, 0.0), place)
-    inverse, size = in_both_directions(np.linalg.inv(mass) + 0j, None), 2 * len(mass)
-    return np.block([[np.zeros((size, size)), np.eye(size)], [-inverse @ stiffness, -inverse @ damping]])
+    inverse, size = np.linalg.inv(mass), 2 * n
+    both = in_both_directions(inverse + 0j, None)
+    matrix = np.block([[np.zeros((size, size)), np.eye(size)], [-both @ stiffness, -both @ damping]])
+    if not own.states:
+        return matrix
+    matrix = np.pad(matrix, (0, 2 * own.states))
+    put_states(matrix[None], whole, inverse, Psi)
+    return matrix
 
 
 def _turned(friction, angle, radial, tangential):

@@ -14,11 +14,13 @@ them meet or where a force becomes zero.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rsc.analysis.several.condition import Whirling
 from rsc.analysis.several.starts import secant_eigenvalues
 from rsc.analysis.several.zeros import beside as near
 from rsc.analysis.several.zeros import zeros
+from rsc.system.system import FloatOrArray
 
 _BASE = 400  # frequencies over a range, half of them evenly and half by their logarithm
 _BESIDE, _WIDTHS = 61, 7.0  # beside an eigenvalue: their number, and asinh of how many widths they reach
@@ -68,14 +70,14 @@ def _grids(own, bounds):
         yield np.unique(np.concatenate([Psi, near(edges, Psi)])), edges
 
 
-def _coefficients(own, Psi):
+def _coefficients(own, Psi: FloatOrArray):
     """[a_1, a_2] and [b_12, b_21] at Psi (m,), (m, 2) each."""
     H, _ = own.receptances(Psi)
     b = np.stack([own.turn[1] * H[:, 0, 1], own.turn[0] * H[:, 1, 0]], axis=1)
     return own.turn * np.diagonal(H, axis1=1, axis2=2) + 1.0 / own.stiffness, b
 
 
-def _edges(own, Psi):
+def _edges(own, Psi: FloatOrArray):
     """What is zero where branches end, (4, m): where two theta meet, cosine 1 and -1, and where a force vanishes."""
     a, b = _coefficients(own, Psi)
     product = b.prod(axis=1)
@@ -83,7 +85,7 @@ def _edges(own, Psi):
     return np.stack([size - known, size + known, a[:, 0].imag, a[:, 1].imag])
 
 
-def _phase(own, Psi, known=None):
+def _phase(own, Psi: FloatOrArray, known=None):
     """arg(b_12 conj b_21), continuous over Psi (m,): by itself, or as it is known (at frequencies, of them)."""
     b = _coefficients(own, Psi)[1]
     angle = np.angle(b[:, 0] * b[:, 1].conj())
@@ -93,7 +95,7 @@ def _phase(own, Psi, known=None):
     return angle + 2.0 * np.pi * np.round((near - angle) / (2.0 * np.pi))
 
 
-def _branches(own, Psi, middle):
+def _branches(own, Psi: FloatOrArray, middle):
     """g, forces and theta of the four branches over Psi (m,), given their `_phase`.
 
     Returns
@@ -141,7 +143,7 @@ def _told(g):
     return (sound & (least | ends)).any(axis=0)
 
 
-def _candidates(Psi, *branches):
+def _candidates(Psi: NDArray[np.float64], *branches):
     """The candidates of all branches, given as their N and theta, at frequencies (m,): a Whirling each."""
     for N, theta in zip(*branches, strict=True):
         good = np.isfinite(N).all(axis=1) & (N > 0.0).all(axis=1)

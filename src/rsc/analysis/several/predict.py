@@ -85,10 +85,11 @@ def predict_several(system: System, speed: float) -> list[SeveralWhirl]:
 
 
 def refuse_unpredictable(system: System) -> None:
-    """SolverError for what is not predicted yet at several contacts: a stator beside the bearing centre, first-order states."""
-    if system.n_states:
-        what = "rotor.states, rotor.magnetic_bearings, stator.states, stator.magnetic_bearings"
-        raise SolverError(f"{what}: with first-order states only one contact can be predicted yet; rsc run simulates several")
+    """SolverError for what is not predicted yet at several contacts: a stator beside the bearing centre, first-order states where
+    directions differ."""
+    if system.n_states and not system.isotropic:
+        system.rotor.refuse_states()
+        system.stator.refuse_states()
     for contact in system.contacts:
         if contact.offset:
             raise SolverError(f"contact.{contact.name}.offset: only a stator around the bearing centre can be predicted yet")

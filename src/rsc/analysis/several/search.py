@@ -9,6 +9,7 @@ from rsc.analysis.paper.whirls import steady_whirls
 from rsc.analysis.several.condition import Pressed, Whirling, pressed, settled
 from rsc.analysis.several.pairs import pair_candidates
 from rsc.analysis.several.starts import grazing_candidates, ranges, secant_candidates
+from rsc.system.system import FloatOrArray, System
 
 MOST = 4  # pressed contacts that are looked at together: there are 2^n sets
 COMPLETE = 2  # up to which no whirl is missing
@@ -22,14 +23,15 @@ class WhirlsOfSet(NamedTuple):
     whirls: Whirling
 
 
-def whirls_of_sets(system, Omega):
+def whirls_of_sets(system: System, Omega: FloatOrArray):
     """Whirls of a System at a rotor speed in rad/s, a list of `WhirlsOfSet`, small sets first.
 
     Of one contact they are all roots of its whirl condition, of two all that the scan finds; of three and more what Newton's
     method reaches from secant stiffnesses and from whirls of one contact less: that none is missing is not shown. Sets of more
     than `MOST` are not looked at.
     """
-    sets, n = {}, len(system.contacts)
+    n = len(system.contacts)
+    sets: dict[tuple[int, ...], WhirlsOfSet] = {}
     for size in range(1, min(n, MOST) + 1):
         for contacts in itertools.combinations(range(n), size):
             own = pressed(system, Omega, contacts)
@@ -37,7 +39,7 @@ def whirls_of_sets(system, Omega):
     return [own for own in sets.values() if len(own.whirls.Psi)]
 
 
-def _whirls(system, own, contacts, sets):
+def _whirls(system: System, own, contacts, sets):
     """The `Whirling` of one set, given those of all smaller ones."""
     if own.n == 1:
         Psi, F_N = steady_whirls(system.at_contact(system.contacts[contacts[0]].name), own.Omega)

@@ -5,7 +5,8 @@ With the secant stiffness kappa_j = N_j/(s_j + N_j/k_j), which lies between 0 an
     A(Psi) + sum_j c_j kappa_j l_j l_j^T,
 
 so that a backward whirl of passive bodies lies between the lowest backward frequency of the free system and the highest of the
-one with all contacts bonded by k_j, both undamped.
+one with all contacts bonded by k_j, both undamped. First-order states are not passive: with them whirls of both senses are looked
+for up to twice the highest of these eigenvalues that were seen for any kappa.
 """
 
 import itertools
@@ -22,11 +23,16 @@ _SHARES = (1e-4, 1e-3, 1e-2, 0.1, 0.3, 0.6, 0.85, 0.97, 0.999)
 _MOST = 120  # combinations of them
 _GROWING = 0.3  # |Im Psi|/|Re Psi| up to which an eigenvalue starts Newton's method
 _GAP_STEPS = 16
+_WITH_STATES = 2.0  # times the highest eigenvalue that is seen, where nothing bounds the frequencies of whirls
 
 
 def ranges(own, driven):
     """[(low, high)] in rad/s of Psi where whirls of a pressed set and of its subsets can lie: backward, and where something
     beside friction can feed a whirl also forward."""
+    if own.states:
+        values = secant_eigenvalues(own, _grid(own.n) * own.stiffness)[0]
+        high = _WITH_STATES * np.abs(values.real[np.abs(values.imag) < np.abs(values.real)]).max(initial=0.0)
+        return [(-high, 0.0), (0.0, high)]
     bodies, parts = own.bodies, []
     bonded = bodies.stiffness + (own.rows.T * own.stiffness) @ own.rows
     turning = bodies.turning(own.Omega)
@@ -42,20 +48,28 @@ def ranges(own, driven):
 
 
 def secant_eigenvalues(own, kappa):
-    """Eigenvalues Psi (m, 2 (N + M)) and their shapes (m, 2 (N + M), N + M) of secant stiffnesses kappa (m, n) in N/m."""
-    bodies = own.bodies
-    n, inverse = bodies.n_coordinates, np.linalg.inv(bodies.mass)
+    """Eigenvalues Psi (m, 2 (N + M) + p) and their shapes (m, 2 (N + M) + p, N + M + p) of secant stiffnesses kappa (m, n) in
+    N/m."""
+    bodies, p = own.bodies, own.states
+    n = bodies.n_coordinates - p
+    inverse, turning = np.linalg.inv(bodies.mass[:n, :n]), bodies.by_frequency(own.Omega)
     tied = bodies.static + np.einsum("jp,mj,jq->mpq", own.rows, kappa * own.turn, own.rows)
-    # Psi^2 x = M^-1 (tied + Psi D) x
-    matrices = np.zeros((len(kappa), 2 * n, 2 * n), complex)
-    matrices[:, :n, n:] = np.eye(n)
-    matrices[:, n:, :n] = inverse @ tied
-    matrices[:, n:, n:] = inverse @ bodies.by_frequency(own.Omega)
-    size = np.sqrt(np.abs(matrices[:, n:, :n]).max())
-    matrices[:, :n, n:] *= size
-    matrices[:, n:, :n] /= size
+    # Psi^2 x = M^-1 (tied + Psi D) x; states z, without mass, have 0 = tied [x, z] + Psi D x + i Psi z
+    x, v, z = slice(n), slice(n, 2 * n), slice(2 * n, 2 * n + p)
+    matrices = np.zeros((len(kappa), 2 * n + p, 2 * n + p), complex)
+    matrices[:, x, v] = np.eye(n)
+    matrices[:, v, x], matrices[:, v, z] = inverse @ tied[:, :n, :n], inverse @ tied[:, :n, n:]
+    matrices[:, v, v] = inverse @ turning[:n, :n]
+    matrices[:, z, x], matrices[:, z, z] = 1j * tied[:, n:, :n], 1j * tied[:, n:, n:]
+    matrices[:, z, v] = 1j * turning[n:, :n]
+    size = np.sqrt(np.abs(matrices[:, v, x]).max())
+    matrices[:, x, v] *= size
+    matrices[:, v, x] /= size
+    matrices[:, v, z] /= size
+    matrices[:, z, v] *= size
     values, vectors = np.linalg.eig(matrices)
-    return values, np.swapaxes(vectors, 1, 2)[:, :, :n]
+    shapes = np.swapaxes(vectors, 1, 2)
+    return values, np.concatenate([shapes[:, :, x], shapes[:, :, z]], axis=2) if p else shapes[:, :, x]
 
 
 def secant_candidates(own, bounds):

@@ -13,9 +13,10 @@ import numpy as np
 
 from rsc.analysis.paper.anisotropy import anisotropic_part
 from rsc.analysis.paper.synchronous import envelope_of
+from rsc.system.system import FloatOrArray, System
 
 
-def unbalance_lines(system, own, whirls):
+def unbalance_lines(system: System, own, whirls):
     """Lines of the unbalance on m whirls in the turning frame; only the sizes count, for its phase against the whirl is free.
 
     Parameters
@@ -27,15 +28,15 @@ def unbalance_lines(system, own, whirls):
 
     Returns
     -------
-    line, mirror_line : (m, N + M) complex m (tilts: rad)
+    line, mirror_line : (m, N + M + p) complex m (tilts: rad), the last of p first-order states
     force, mirror_force : (m, n) complex N, at the pressed contacts
     """
-    drive = np.concatenate([system.rotor.unbalance * own.Omega**2, np.zeros(system.n_stator)])
+    drive = np.concatenate([system.rotor.unbalance * own.Omega**2, np.zeros(system.n_stator + own.states)])
     parts = [_lines(own, (own.Omega, drive, own.ring), *whirl) for whirl in zip(*whirls, strict=True)]
     return tuple(np.array(each) for each in zip(*parts, strict=True))
 
 
-def direction_lines(system, own, whirls):
+def direction_lines(system: System, own, whirls):
     """Lines at -Psi and 3 Psi that supports whose directions differ add to m whirls of the mean of the directions, to first order
     in what differs: E and C act on the conjugate of the whirl, -(E - i Psi C) conj(x) e^{-i Psi t}.
 
@@ -51,7 +52,7 @@ def direction_lines(system, own, whirls):
     return tuple(np.array(each) for each in zip(*parts, strict=True))
 
 
-def _lines(own, driven, Psi, N, phi):
+def _lines(own, driven, Psi: FloatOrArray, N, phi):
     """The lines of a force on the bodies at a frequency in rad/s, and of rings that turn with it; driven: all three."""
     at, drive, ring = driven
     w, u = at - Psi, np.exp(1j * phi)

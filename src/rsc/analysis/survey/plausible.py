@@ -7,19 +7,20 @@ import numpy as np
 from rsc.analysis.alone.at_rest import static_deflection
 from rsc.analysis.alone.free_vibration import free_growth
 from rsc.analysis.paper.law import law_of
+from rsc.system.system import System
 
 FASTEST_SURFACE = 500.0  # m/s, which steel does not stand
 _NEAR = 0.8  # of the gap: from here on a contact ring leaves next to none of it
 _FAR = 50.0  # times the fastest speed of a run
 
 
-def plausibility_remarks(system):
+def plausibility_remarks(system: System):
     """Remarks on the numbers of a System, as it is at the first speed of its run, that do not fit each other; a list of str."""
     system = system.at_first_speed
     return _surface(system) + _stiffnesses(system) + _sizes(system)
 
 
-def speed_remarks(system, speed):
+def speed_remarks(system: System, speed):
     """Remark on a rotor speed in Hz far beyond those of the scene's run; a list of str."""
     fastest = float(np.abs(system.schedule_speed).max()) / TWO_PI
     if not 0.0 < _FAR * fastest < abs(speed):
@@ -28,7 +29,7 @@ def speed_remarks(system, speed):
     return [f"a rotor speed of {speed:g} Hz is {times}: is it in Hz?"]
 
 
-def _surface(system):
+def _surface(system: System):
     if system.law.diameter is None:
         return []
     radius, remarks = 0.5 * system.law.diameter, []
@@ -42,7 +43,7 @@ def _surface(system):
     return remarks
 
 
-def _stiffnesses(system):
+def _stiffnesses(system: System):
     """Remark on a contact that is softer than the rotor at it: most of the deflection then lies in the contact."""
     push = system.rotor.contact
     if system.n_states:  # a controller is no spring
@@ -58,7 +59,7 @@ def _stiffnesses(system):
     return [f"the contact ({soft}) is softer than the rotor at it ({stiff}): see contact.stiffness"]
 
 
-def _sizes(system):
+def _sizes(system: System):
     """Remarks on lengths that leave nothing of the gap."""
     gap, remarks = system.contact.gap, []
     eccentricity = abs(np.linalg.solve(system.rotor.mass, system.rotor.unbalance_euler) @ system.rotor.contact)
@@ -75,7 +76,7 @@ def _sizes(system):
     return remarks
 
 
-def negative_damping(system):
+def negative_damping(system: System):
     """Remark on damping that was allowed to feed energy in and makes the rotor unstable without contact; a list of str."""
     if np.linalg.eigvalsh(system.at_first_speed.rotor.damping).min() >= -1e-12 * np.abs(system.rotor.damping).max():
         return []

@@ -16,6 +16,7 @@ from rsc.analysis.paper.small_motions import damper_limits, departure, undecided
 from rsc.analysis.paper.whirls import MOST_MIRROR
 from rsc.analysis.several.search import COMPLETE, MOST
 from rsc.analysis.survey.plausible import negative_damping, plausibility_remarks
+from rsc.system.system import System
 
 _ROUNDING = 1e-12  # of a speed
 MOST_APART = 0.3  # of the mean compliance, up to which whirls of the mean are those of the machine
@@ -24,7 +25,7 @@ _STILL = 1e-6  # of its growth rate: a frequency below is none
 _NEAR = 0.05  # of a stable whirl's frequency: a growing line so close is taken for the way to it
 
 
-def scene_remarks(system, whirls):
+def scene_remarks(system: System, whirls):
     """Plain statements about a System, given all whirls that are predicted for it; a list of str."""
     remarks = []
     if system.law.friction == 0.0:
@@ -36,7 +37,7 @@ def scene_remarks(system, whirls):
     return remarks
 
 
-def body_remarks(system, whirls):
+def body_remarks(system: System, whirls):
     """Plain statements about the bodies of a System, whatever its contacts, given its whirls; a list of str."""
     n_free, remarks = free_motions(system.at_first_speed), direction_remarks(system.at_first_speed)
     if n_free:
@@ -48,7 +49,7 @@ def body_remarks(system, whirls):
     return remarks + _threshold_remark(system) + knot_remarks(system)
 
 
-def direction_remarks(system):
+def direction_remarks(system: System):
     """Remark on supports so much stiffer in one direction than in the other that whirls of their mean may miss the machine's;
     a list of str."""
     share = max((directions_differ(*side) for side in _sides(system)), default=0.0)
@@ -59,7 +60,7 @@ def direction_remarks(system):
     return [f"{differs}: whirls are predicted from the mean of the directions; {simulated}"]
 
 
-def _sides(system):
+def _sides(system: System):
     """(body, its row of a contact) of both bodies at every contact."""
     for contact in system.contacts:
         yield system.rotor, contact.rotor
@@ -80,7 +81,7 @@ def directions_differ(body, row):
     return float((most - least) / (0.5 * abs(most + least)))
 
 
-def set_remarks(system):
+def set_remarks(system: System):
     """Remarks on what is not predicted, or not shown, of whirls at several contacts of a System; a list of str."""
     n = len(system.contacts)
     remarks = ["forward rubs, whirls that roll and delayed jumps are predicted for one contact only (rsc motions simulates them)"]
@@ -91,7 +92,7 @@ def set_remarks(system):
     return [*remarks, shown]
 
 
-def _undamped(system):
+def _undamped(system: System):
     """Remark on bodies without any damping."""
     bodies = [("rotor", system.rotor)] + ([("stator", system.stator)] if system.n_stator else [])
     names = " and ".join(name for name, body in bodies if not (body.damping.any() or body.n_states))
@@ -101,7 +102,7 @@ def _undamped(system):
     return [f"{names} {has} no damping: no motion without contact dies away, and {its} resonances are without bound"]
 
 
-def _free_instability(system, whirls):
+def _free_instability(system: System, whirls):
     """Remark on a rotor that its supports drive without contact: at the corners of the schedule, at the knots of its coefficients
     in between, and at the speeds of whirls."""
     knots, schedule = system.knot_speed, system.schedule_speed
@@ -121,7 +122,7 @@ def _free_instability(system, whirls):
     return []
 
 
-def _threshold_remark(system):
+def _threshold_remark(system: System):
     """Remark on the speed above which what follows the speed makes the rotor unstable without contact."""
     if not system.follows:
         return []
@@ -136,7 +137,7 @@ def _threshold_remark(system):
     return [f"{cause} {'makes' if one else 'make'} the rotor unstable without contact above {speed:.6g} Hz"]
 
 
-def knot_remarks(system):
+def knot_remarks(system: System):
     """Remark on a run that leaves the speeds between which coefficients of its rotor follow the speed; a list of str."""
     if not len(system.knot_speed):
         return []
@@ -149,7 +150,7 @@ def knot_remarks(system):
     return [f"coefficients follow the rotor speed from {low:g} to {high:g} Hz and are constant beyond: {run}"]
 
 
-def whirl_remarks(system, whirls):
+def whirl_remarks(system: System, whirls):
     """Remarks on the unstable whirls at one speed and on those whose stability the contact damper leaves open; a list of str."""
     remarks = []
     for whirl in whirls:
@@ -178,7 +179,7 @@ def _share_text(whirl):
     return f"{text}: not circular, stability not assessed" if "nearly_circular" in whirl.violated else text
 
 
-def _mirror_text(system, whirl):
+def _mirror_text(system: System, whirl):
     """What supports whose directions differ make of a whirl of their isotropic mean."""
     text, gap = _share_text(whirl), system.contact.gap
     try:
@@ -193,7 +194,7 @@ def _percent(share):
     return f"{100.0 * share:.1f} %" if share >= LEAST_TOLD else "less than 0.1 %"
 
 
-def rolling_remarks(system, speed):
+def rolling_remarks(system: System, speed):
     """Remarks on the whirls that roll at a rotor speed in Hz; a list of str."""
     return [
         f"rolling at {roll.Psi / TWO_PI:.4f} Hz, |r|/gap {roll.rotor_amplitude / system.contact.gap:.4f}, "
@@ -215,7 +216,7 @@ def departure_text(departure):
     return f"flutter (Hopf) at {departure.line:.4f} Hz, {to}"
 
 
-def branch_remarks(system, branches):
+def branch_remarks(system: System, branches):
     """Remarks on the unstable stretches of branches over the rotor speed that exceed the gap; a list of str."""
     remarks = []
     for branch in branches:
@@ -251,7 +252,7 @@ def rub_remarks(rubs):
     return remarks
 
 
-def damper_warnings(system, branches):
+def damper_warnings(system: System, branches):
     """Remarks on the speeds where the one-sided limits of the contact damper disagree on stability; a list of str."""
     return [
         f"whirl {branch.label}: linear stability is undecided {_span(low, high)}: the contact damper off or on"

@@ -15,6 +15,7 @@ from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.survey.load import whirl_loads
 from rsc.analysis.survey.remarks import branch_remarks, rub_remarks, scene_remarks
 from rsc.system.assemble import assemble
+from rsc.system.system import System
 
 MOST_ROLLS = 21  # speeds at most at which whirls that roll are looked for
 
@@ -85,7 +86,7 @@ def _speeds(scene):
     return np.array([low]) if low == high else np.linspace(low, high, SPEEDS)
 
 
-def delays_of(scene, system, whirl_branches):
+def delays_of(scene, system: System, whirl_branches):
     """label -> Delay of every branch that is stable at the start of the run and loses its stability on the way."""
     first = scene.drive.speed[0]
     return {b.label: delayed_jump(system, b) for b in whirl_branches if b.lost and _starts(b, first)}

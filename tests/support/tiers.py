@@ -1,0 +1,14 @@
+"""Which of many combinations `make test` runs, and which are left to `make nightly`."""
+
+import pytest
+
+
+def nightly(*values):
+    """A case of a parametrized test that only `make nightly` runs."""
+    return pytest.param(*values, marks=pytest.mark.nightly)
+
+
+def alternating(names, methods):
+    """Pairs (name, method): every name with one method in `make test`, in turn, and with the others in `make nightly`."""
+    pairs = [(i, name, k, method) for i, name in enumerate(names) for k, method in enumerate(methods)]
+    return [pytest.param(name, method) if i % len(methods) == k else nightly(name, method) for i, name, k, method in pairs]
