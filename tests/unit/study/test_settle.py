@@ -71,3 +71,17 @@ def test_a_whirl_that_only_a_start_on_itself_keeps_does_not_last():
     listed = rsc.motions(scene, starts=0)
     assert [motion.motion for motion in listed.motions if motion.motion != Kind.NO_CONTACT] == [Kind.ROLLING, Kind.BOUNCING]
     assert all(np.isnan(motion.frequency) or abs(motion.frequency / whirl.frequency - 1.0) > 0.02 for motion in listed.motions)
+
+
+@pytest.mark.parametrize(
+    ("rolls", "kind", "away"),
+    [(False, Kind.SLIDING, True), (True, Kind.SLIDING, False), (True, Kind.BOUNCING, False), (True, Kind.FORWARD_WHIRL, True),
+     (True, Kind.PARTIAL_RUB, True)],
+)  # fmt: skip
+def test_a_backward_whirl_between_surfaces_with_a_diameter_does_not_run_away(rolls, kind, away):
+    """However far it grows, its surfaces come to roll; without a diameter, or forward, nothing stops it."""
+    course = _Course([GAP], 50.0, rolls=rolls)
+    course.blocks = blocks(*(21.0 * 1.1**i for i in range(6)), kind=kind)
+    assert course.runs_away == away
+    course.blocks = blocks(*(3.0 * 1.1**i for i in range(6)), kind=kind)
+    assert not course.runs_away
