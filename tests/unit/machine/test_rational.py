@@ -115,6 +115,12 @@ def test_an_unstable_table_has_no_unstable_fit():
     assert scipy.linalg.eigvals(fit.matrix).real.max() <= 0.0 and fit.error > 1e-3
 
 
+def test_a_dashpot_that_drives_is_not_fitted_as_one():
+    """Negative damping of the whole table stays with the states, which have to decay; or the table is refused."""
+    fit = fit_states(*table(lambda s: zener(s) - 60.0 * s))
+    assert fit.damping >= 0.0 and fit.error > 1e-6 and scipy.linalg.eigvals(fit.matrix).real.max() <= 0.0
+
+
 def test_where_a_fit_feeds_energy_beyond_its_table_is_told():
     """The lag of an amplifier, above what was measured: the phase is that of a negative damping."""
     inside = np.linspace(20.0, 200.0, 40)

@@ -83,7 +83,7 @@ def test_the_seed_alone_decides_and_not_the_threads():
 
 
 def test_a_machine_that_turns_backwards_has_the_mirrored_list():
-    forward, backward = rsc.motions(pump(), starts=6), rsc.motions(pump(**{"drive.speed": -50.0}), starts=6)
+    forward, backward = rsc.motions(pump(), starts=6), rsc.motions(pump().mirrored(), starts=6)
     assert kinds(forward) == kinds(backward) and backward.speed == -50.0
     assert [m.frequency for m in backward.motions[:2]] == [-m.frequency for m in forward.motions[:2]]
 

@@ -122,7 +122,7 @@ def test_a_rotor_that_turns_backwards_is_the_mirror_image(method):
     for name in ("laval", "matrices"):
         scene = scene_of(BODIES[name], method)
         forward, backward = rsc.simulate(scene), rsc.simulate(scene.mirrored())
-        assert np.array_equal(forward.rotor, backward.rotor.conj())
+        assert np.array_equal(forward.rotor, -backward.rotor.conj())
         assert forward.ledger.turned_in == backward.ledger.turned_in
     whirls, mirrored = rsc.predict(scene, 50.0), rsc.predict(scene.mirrored(), -50.0)
     assert [w.frequency for w in mirrored[::-1]] == [-w.frequency for w in whirls] and whirls

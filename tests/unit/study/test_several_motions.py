@@ -78,7 +78,7 @@ def test_a_whirl_at_one_contact_is_told_from_one_at_both():
 
 
 def test_the_mirrored_pump_has_the_mirrored_list(listed):
-    backward = rsc.motions(pump(**{"drive.speed": -50.0}), starts=8)
+    backward = rsc.motions(pump().mirrored(), starts=8)
     assert [own.frequency for own in backward][:-1] == [-own.frequency for own in listed][:-1]
     assert [own.contacts for own in backward][:-1] == [own.contacts for own in listed][:-1]
     assert at_both(backward).predicted.frequency > 0.0
