@@ -4,13 +4,14 @@ answers_lines.py judges them, those of several at every contact."""
 import re
 
 import numpy as np
+import scipy
 
 from answers_labels import BACKWARD
 from answers_lines import ANY_SIZE, JUDGES, contradictions
 from answers_witness import NUM, PREFIX, SAID
 from rsc.measure.several import name_of
 from rsc.show.words.answer import answer
-from rsc.show.words.verdict import MEANINGS, NOT_TOUCHED, ON_RACE, PASSING
+from rsc.show.words.verdict import MEANINGS, NOT_STARTED, NOT_TOUCHED, ON_RACE, PASSING
 
 WHIRLS = BACKWARD | {"forward whirl", "running away"}
 LOOSE = 0.05
@@ -149,14 +150,15 @@ def most_in_windows(signals, contact):
 
 
 def of_end(text, witness):
-    """The kind of the last window at every contact, and its speed."""
+    """The kind of the last window at every contact, and the speed at which the run ends."""
     report = witness.report
     match = re.match(rf"(.*), at a rotor speed of {NUM} Hz(?:, whirl .*)?$", text)
     if match is None or match[1] != report.features.names[-1]:
         yield "unreadable, or not the last window"
         return
-    if abs(float(match[2]) - witness.contacts[0].speed(report.fall.time[-1])) > 1e-3 * float(match[2]):
-        yield f"the last window is at {witness.contacts[0].speed(report.fall.time[-1]):.5g} Hz"
+    end = witness.contacts[0].speed(report.result.time[-1])
+    if abs(float(match[2]) - end) > 1e-3 * float(match[2]):
+        yield f"the run ends at {end:.5g} Hz"
 
 
 def of_mu_min(text, witness):
@@ -210,9 +212,13 @@ def of_verdict(text, witness):
     report = witness.report
     match = re.search(r"Severity: ([\w ]+) \((.*)\)\.$", text)
     others = {"whirl": ON_RACE, "rub": PASSING, "unknown": NOT_TOUCHED}
-    if match is None or match[2] not in (MEANINGS[match[1]], others.get(match[1])):
+    meaning, _, waiting = match[2].partition(f"; {NOT_STARTED}") if match else ("", "", "")
+    waits = bool(match) and NOT_STARTED in match[2]
+    if match is None or meaning not in (MEANINGS[match[1]], others.get(match[1])) or waiting or (waits and match[1] != "rub"):
         yield "no severity, or another meaning"
         return
+    if waits and not any(_waiting(listed) for listed in report.motions):
+        yield "no whirl is listed or predicted that waits"
     each = witness.runs.of(0)
     touched = any(signals.touch.any() for signals in each)
     if touched == text.startswith("No contact in this run"):
@@ -236,7 +242,28 @@ def of_verdict(text, witness):
         yield f"at least {'destructive' if destroyed else least}"
     if match[1] in ("whirl", "destructive") and least == "safe" and not destroyed:
         yield "nothing in run or lists is that severe"
+    if least == "safe" and not destroyed and kinds == {"no contact"} and match[1] != (wanted := _of_nothing(report)):
+        yield f"run and lists show nothing: that is {wanted}"
     yield from _impacts(text, report)
+
+
+def _of_nothing(report):
+    """The severity of a run without contact beside lists without another motion: by predictions and by the coverage, which is
+    counted anew."""
+    for listed in report.motions:
+        if listed.leaving or any(one.stable and one.label != "forward rub" for one in listed.not_reached):
+            return "at risk"
+    for listed in report.motions:
+        touched, unsettled = int(listed.touched.sum()), int((listed.touched & (listed.ended < 0)).sum())
+        if scipy.stats.binom.cdf(unsettled, touched, 0.5) > 0.05:  # half of all may be missed
+            return "unknown"
+    return "safe"
+
+
+def _waiting(listed):
+    """Whether a list has a whirl that no impact starts, or predicts one that lasts or is left slowly."""
+    own = [motion for motion in listed.motions if motion.motion in WHIRLS and not listed.hits(motion)]
+    return own or listed.leaving or any(one.stable for one in listed.not_reached if one.label != "forward rub")
 
 
 def _impacts(text, report):
@@ -246,11 +273,11 @@ def _impacts(text, report):
         return
     speed, what, hits, impacts = float(match[1]), match[2], int(match[3]), int(match[4])
     listed = min(report.motions, key=lambda one: abs(one.speed - speed))
-    unbounded = "does not bound" in what
+    unbounded = "grows without limit" in what
     known = [(listed.hits(motion), listed.starts) for motion in listed.motions
              if (motion.motion in what if motion.bounded else unbounded)]  # fmt: skip
     if (hits, impacts) not in known:
         yield f"{what}: {known}"
-    found = re.search(rf"the smallest found has {SAID}, {SAID}", match[5])
+    found = re.search(rf"the smallest found has {SAID}", match[5])
     if found and abs(size_of(found[1], found[2]) / listed.smallest.impulse - 1.0) > 0.01:
         yield f"the list has {listed.smallest.impulse:.4g} N s"

@@ -32,8 +32,8 @@ class Place(NamedTuple):
 class Follower:
     """The third engine at the speed of a list."""
 
-    def __init__(self, scene, speed, starts):
-        self.search, self.speed = Search(scene, speed), speed
+    def __init__(self, scene, speed, starts, largest=None):
+        self.search, self.speed = Search(scene, speed, largest), speed
         self.listed = self.search.motions(starts, 0)
         self.system, self.block = self.search.system, self.search.settling.block
         shaft = prescribed([[0.0, 2.0 * np.pi * speed], [1.0, 2.0 * np.pi * speed]])
@@ -126,9 +126,10 @@ def is_that(places, steady, motion):
     return True
 
 
-def of_list(scene, listed, torque):
-    """(topic, sentence, what is false or "" or "skipped") of what is said of a list; torque: the scene with its drive."""
-    follower = Follower(scene, listed.speed, listed.starts)
+def of_list(scene, listed, torque, largest=None):
+    """(topic, sentence, what is false or "" or "skipped") of what is said of a list; torque: the scene with its drive; largest:
+    impulse in N s that was asked for."""
+    follower = Follower(scene, listed.speed, listed.starts, largest)
     same = [motion.motion for motion in follower.listed.motions] == [motion.motion for motion in listed.motions]
     if not same:
         yield "list", "", "another list from the same seed"

@@ -10,7 +10,8 @@ TERMS = ("race", "torque", "knots", "rotating damping", "unequal supports")
 
 
 def product_scene(seed, number):
-    """(scene, its terms) of a number: terms go through all combinations before the dice."""
+    """(scene, its terms) of a number: terms go through all combinations before the dice. "weak impacts": its lists are made with
+    impacts of at most half of what just touches."""
     dice, count = random.Random(f"product {seed}/{number}"), 1 + number % 3
     terms = {term for i, term in enumerate(TERMS) if (number // 3) >> i & 1}
     mass, gap = _log(dice, 2.0, 10.0), _log(dice, 1e-4, 4e-4)
@@ -40,6 +41,8 @@ def product_scene(seed, number):
     scene = rsc.Scene.from_dict({**tables, "output": {"rate": 4000.0}})
     if start is not still and not any(own.stable and own.frequency < 0.0 for own in rsc.predict(scene, speed)):
         scene = rsc.Scene.from_dict({**tables, "start": still, "output": {"rate": 4000.0}})
+    if dice.random() < 0.15:
+        terms = terms | {"weak impacts"}
     return scene, terms
 
 

@@ -177,7 +177,7 @@ def test_a_dimensionless_rotor_has_digits(seed):
     frequency = float(re.match(r"(-[\d.]+)", lines["frequency"])[1])
     turning = report.features.turning[-1]
     assert frequency == pytest.approx(turning, rel=0.02)
-    assert "rotor speeds of 0.1432 Hz (8.594 rpm)" in lines["whirl"]
+    assert "a rotor speed of 0.1432 Hz (8.594 rpm)" in lines["whirl"]
 
 
 @pytest.mark.parametrize("seed", SIBLINGS)

@@ -47,7 +47,7 @@ def add_units(parser: argparse.ArgumentParser) -> None:
 
 def add_largest(parser: argparse.ArgumentParser) -> None:
     """Add `--largest` to a command that makes lists of motions."""
-    text = "largest impulse of a random impact, e.g. \"5 N s\" (default: ten times what just touches)"
+    text = "largest impulse of a random impact, e.g. \"5 N s\" (default: ten times what just touches, up to 3 m/s of the rotor)"
     parser.add_argument("--largest", metavar="NS", type=in_si("impulse"), help=text)
 
 

@@ -212,5 +212,7 @@ def _told(data: "Labelled", store: "SweepStore", options: argparse.Namespace) ->
         print("missing cases are computed by --resume, or by `rsc sweep run` of their parts", file=sys.stderr)
     if danger := sweep_words.dangers(data):
         print(danger)
+    if severity := sweep_words.severities(data):
+        print(severity)
     print(f"written: {path}")
     return ended

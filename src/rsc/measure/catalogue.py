@@ -108,13 +108,14 @@ class SmallestImpact:
     """The smallest impact that was found to start a whirl: an upper bound of the smallest one that does.
 
     impulse : float N s; direction : float degrees, from y towards z, at the shaft's angle 0
-    velocity : float m/s, by which it changes that of the rotor at the contact
+    velocity : float m/s, by which it changes that of the rotor at the contact; of a shaft that of the short piece that is hit
     over_touching : float, it over the smallest impulse in its direction by which a rotor in the centre of the gap just touches
     below : float N s, next smaller size that was tried, in every direction, and started none; 0 where none was
     directions : int, in which sizes were tried
     motion : int, number of the motion of the list that it starts
     first_force : float N, largest normal force of the first touch; first_penetration : float, that over k_C and the gap
     contact : str, name of the one of several contacts that is hit; "" with one
+    rotor_velocity : float m/s, at which the whole rotor has as much momentum; NaN where its model does not tell its mass
     """
 
     impulse: float
@@ -127,6 +128,7 @@ class SmallestImpact:
     first_force: float
     first_penetration: float
     contact: str = ""
+    rotor_velocity: float = math.nan
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from rsc.results.result_format import put as put_attributes
 if TYPE_CHECKING:
     import xarray
 
-FORMAT, READ = "rsc-sweep-dataset-3", ("rsc-sweep-dataset-2", "rsc-sweep-dataset-3")
+FORMAT, READ = "rsc-sweep-dataset-4", ("rsc-sweep-dataset-2", "rsc-sweep-dataset-3", "rsc-sweep-dataset-4")
 LARGEST_FILE = 4 * 2**30  # bytes
 MOST_NAMES = 1000  # of arrays: every varied key has one
 _HEAD = ("title", "computed", "source", "scene", "versions", "axes")

@@ -17,7 +17,7 @@ DEEPEST = 1.0  # penetration over clearance; deeper contacts are not elastic
 YIELDING = 1.0  # normal force over the yield force that the scene gives
 WIDEST = 1.0  # |r| over the shaft radius at the contact: the shaft axis would leave the bore
 FASTEST_SURFACE = 500.0  # m/s, beyond the strength of steel
-# W/kg, friction power per effective mass at the contact: melts steel within 1 s, 500 J/(kg K) times 1500 K
+# W/kg, friction power per mass of the rotor: melts steel within 1 s, 500 J/(kg K) times 1500 K
 HOTTEST = 7.5e5
 
 
@@ -28,7 +28,8 @@ class Border:
     penetration : float, largest F_N/k_C over the clearance, over all contacts; depth : float, the same in m
     orbit : float, largest |r| over the shaft radius at the contact; NaN without a diameter
     surface : float m/s, largest velocity of the shaft surface, Omega d_R/2 + |Psi| |r|
-    heating : float W/kg, friction power over the effective mass at the contact; NaN if the power is unknown
+    heating : float W/kg, friction power over the mass of the rotor, or where that is unknown the effective mass at the contact;
+        NaN if the power is unknown
     yielding : float, largest normal force over the yield force of its contact; NaN if the scene gives none
     """
 
@@ -47,7 +48,8 @@ class Border:
 
 
 def border_of(
-    system: System, speed: float, forces: Sequence[float], amplitude: float, frequency: float, power: float = math.nan
+    system: System, speed: float, forces: Sequence[float], amplitude: float, frequency: float, power: float = math.nan,
+    mass: float = math.nan,
 ) -> Border:
     """The Border of a motion.
 
@@ -59,6 +61,7 @@ def border_of(
     amplitude : float m, largest |r|
     frequency : float Hz, whirl frequency; NaN counts as 0
     power : float W, friction power taken from the drive
+    mass : float kg, of the rotor; NaN where its model does not tell it
     """
     pairs = [(force / contact.law.stiffness, contact.gap) for force, contact in zip(forces, system.contacts, strict=True)]
     depth, gap = max(pairs, key=lambda pair: pair[0] / pair[1])
@@ -71,7 +74,7 @@ def border_of(
         depth=depth,
         orbit=amplitude / radius,
         surface=TWO_PI * abs(speed) * max(radii, default=0.0) + orbiting,
-        heating=abs(power) / max(mass_at(system, contact) for contact in system.contacts),
+        heating=abs(power) / (max(mass_at(system, contact) for contact in system.contacts) if math.isnan(mass) else mass),
         yielding=max((force / limit for force, limit in known if limit is not None), default=math.nan),
     )
 

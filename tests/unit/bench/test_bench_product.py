@@ -27,7 +27,7 @@ def test_every_combination_of_terms_is_drawn_and_is_a_scene():
 def test_kinds_of_lines_are_found():
     lines = [("whirl", "backward whirl, rolling at seal and bush")]
     lines += [("drive", "rub torque on the shaft up to 5 N m (heat 1 J, inner races 2 J)")]
-    lines += [("held", "no contact: leaves it at 20.00 Hz after 1 s, stops after 3 s")]
+    lines += [("held", "no contact: the rotor leaves it at 20.00 Hz after 1 s, stops after 3 s")]
     said = {"run: rolling", "run: kinds at several contacts", "drive takes", "drive: heat and races", "drive: leaves it"}
     assert kinds_said(lines) == said | {"drive: stops"}
     assert {f"drive: {name}" for name in OUTCOMES} <= set(KINDS) and all(re.compile(own) for _, own in KINDS.values())

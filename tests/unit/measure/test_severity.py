@@ -11,7 +11,7 @@ import rsc
 from rsc.measure.catalogue import LastingMotion, Motions, Predicted, SmallestImpact
 from rsc.measure.kinds import Kind
 from rsc.measure.severity import RunFacts, Severity, Verdict, severity_of, verdict_of
-from rsc.show.words.verdict import MEANINGS, NOT_TOUCHED, ON_RACE, PASSING, sentences, verdict_text
+from rsc.show.words.verdict import MEANINGS, NOT_STARTED, NOT_TOUCHED, ON_RACE, PASSING, sentences, verdict_text
 from rsc.system.assemble import assemble
 from rsc.system.border import Border, border_of, mass_at
 from scenes import LAVAL
@@ -68,6 +68,8 @@ def test_every_limit_is_one_of_the_motion():
     assert border_of(system, 50.0, [0.0], 0.021, -50.0, 1.0).passed == ("orbit",)
     assert border_of(system, 50.0, [0.0], 0.019, -4200.0, 1.0).passed == ("surface",)
     assert border_of(system, 50.0, [0.0], 0.019, -50.0, 7.6e5 * mass_at(system, contact)).passed == ("heating",)
+    assert border_of(system, 50.0, [0.0], 0.019, -50.0, 7.6e5 * mass_at(system, contact), 40.0).passed == ()  # of a whole shaft
+    assert border_of(system, 50.0, [0.0], 0.019, -50.0, 7.6e5 * 40.0, 40.0).passed == ("heating",)
     free = assemble(rsc.Scene.from_dict(LAVAL))  # no diameter: neither radius nor power
     assert math.isnan(border_of(free, 50.0, [0.0], 1.0, -50.0).orbit)
 
@@ -140,7 +142,7 @@ def test_impacts_that_touch_nothing_are_no_evidence(touched, severity, says):
 def test_what_runs_away_has_no_size_whether_an_impact_starts_it_or_not(ended):
     away = motion(Kind.RUNNING_AWAY, 1e10, border=Border(2.5e6, 623.0, math.nan, 2.9e6, math.nan))
     text = verdict_text(verdict_of(None, None, (), [listed([away, NOTHING], ended)]))
-    assert "does not bound" in text and "beyond the model" not in text and "623" not in text and "e+06" not in text
+    assert "grows without limit" in text and "beyond the model" not in text and "623" not in text and "e+06" not in text
 
 
 def test_at_several_contacts_the_smallest_impact_starts_what_the_verdict_names():
@@ -152,6 +154,30 @@ def test_at_several_contacts_the_smallest_impact_starts_what_the_verdict_names()
     assert "impact starts backward whirl, rolling at seal and bush" in text and "which starts" not in text
     other = verdict_text(verdict_of(None, None, (), [replace(made, smallest=replace(smallest, motion=1))]))
     assert "(which starts backward whirl, sliding)" in other
+
+
+@pytest.mark.parametrize(
+    ("others", "ended", "waits"),
+    [([motion(Kind.ROLLING, 1e6), NOTHING], [1] * 16, True), ([motion(Kind.PARTIAL_RUB, 50.0), NOTHING], [1] * 16, False),
+     ([NOTHING], [0] * 16, False)],
+)  # fmt: skip
+def test_beside_a_rub_a_whirl_that_waits_is_said(others, ended, waits):
+    verdict = verdict_of(run_of(Kind.FORWARD_RUB), None, [50.0], [listed(others, ended)])
+    assert verdict.severity == Severity.RUB and (NOT_STARTED in verdict_text(verdict)) == waits
+    whirl = Predicted("B", -50.0, 1e-3, 10.0, -1.0, math.nan, True)
+    predicted = verdict_of(run_of(Kind.FORWARD_RUB), None, [50.0], [listed([NOTHING], [0] * 16, not_reached=[whirl])])
+    assert NOT_STARTED in verdict_text(predicted)
+
+
+@pytest.mark.parametrize(
+    ("rotor_velocity", "told"),
+    [(0.05, "has 1 N s at seal (the momentum of the whole rotor at 50 mm/s), 3 times what just touches from the centre"),
+     (math.nan, "has 1 N s at seal (100 mm/s of the shaft at the contact), 3 times")],
+)  # fmt: skip
+def test_an_impulse_is_compared_with_the_momentum_of_the_rotor(rotor_velocity, told):
+    smallest = SmallestImpact(1.0, 0.0, 0.1, 3.0, 0.5, 6, 0, 100.0, 0.01, "seal", rotor_velocity)
+    made = listed([motion(Kind.ROLLING, 900.0), NOTHING], [0] * 16, smallest=smallest)
+    assert told in verdict_text(verdict_of(None, None, (), [made]))
 
 
 def test_nothing_found_states_the_coverage():

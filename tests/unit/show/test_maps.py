@@ -109,7 +109,7 @@ def test_panels_share_one_legend():
 def test_a_sweep_over_two_keys_becomes_maps():
     data = dataset({"contact.friction": [0.3, 0.03, 0.1], "drive.speed": "50:60:4"}, "predict,run,mu_min")
     figures = sweep_pictures.pictures(data)
-    assert set(figures) == {"danger", "motion", "amplitude_predicted", "force_predicted", "amplitude", "force"}
+    assert set(figures) == {"danger", "severity", "motion", "amplitude_predicted", "force_predicted", "amplitude", "force"}
     assert figures["danger"].axes[0].get_xlabel() == "rotor speed (drive.speed) in Hz"
     for i, friction in enumerate([0.3, 0.03, 0.1]):
         for k, speed in enumerate(np.linspace(50.0, 60.0, 4)):

@@ -188,7 +188,7 @@ def test_the_answer_fits_a_terminal_and_says_no_agreement_without_its_tolerance(
     lines = answer_text(report).splitlines()
     assert max(map(len, lines)) <= COLUMNS and len(lines) <= 28
     topics = dict(answer(report))
-    assert topics["whirl"].startswith("backward whirl, sliding at rotor speeds of") and "rpm" in topics["whirl"]
+    assert topics["whirl"].startswith("backward whirl, sliding at a rotor speed of") and "rpm" in topics["whirl"]
     assert "gaps" in topics["vibration"] and "% of the clearance" in topics["closest approach"] and " N" in topics["force"]
     assert "power input by friction up to " in topics["force"]
     rows = report.stretches.rows.copy()

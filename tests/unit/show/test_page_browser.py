@@ -185,5 +185,5 @@ def test_without_script_the_page_is_whole(browser, path):
     tab.goto(path.as_uri())
     assert tab.locator("svg.static").count() > 8 and tab.locator("svg.static").first.is_visible()
     assert not tab.locator(".controls").is_visible()
-    assert "backward whirl, sliding at rotor speeds of" in tab.locator("dl").inner_text()
+    assert "backward whirl, sliding at a rotor speed of" in tab.locator("dl").inner_text()
     context.close()

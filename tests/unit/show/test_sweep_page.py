@@ -33,7 +33,7 @@ def test_it_tells_what_the_sweep_found(data):
     friction, speed = (data.coordinates[key][1][i] for key, i in zip(("contact.friction", "drive.speed"), place, strict=True))
     assert f"{data['largest_force'].max(where=np.isfinite(data['largest_force']), initial=0.0):.4g} N at " in text
     assert f"at contact.friction = {friction:.6g}, drive.speed = {speed:.6g} Hz" in text
-    assert text.count("<img src=\"data:image/png;base64,") == text.count("<figure>") == 6
+    assert text.count("<img src=\"data:image/png;base64,") == text.count("<figure>") == 7
 
 
 def test_it_is_inert_and_asks_for_nothing(data):

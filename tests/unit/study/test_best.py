@@ -101,4 +101,4 @@ def test_a_rotor_that_hardly_moves_while_it_rolls_with_its_stator_whirls():
     assert {row.verdict for row in report.rows[3:]} == {"agrees"}
     sizes = amplitudes(report)
     assert sizes[-1].simulated == pytest.approx(0.92 * 0.463e-3, rel=0.01) and sizes[-1].has(Code.OF_STATOR)
-    assert dict(answer(report))["whirl"].startswith("backward whirl, rolling at rotor speeds of")
+    assert dict(answer(report))["whirl"].startswith("backward whirl, rolling at a rotor speed of")

@@ -64,7 +64,8 @@ def test_moved_values_are_those_of_the_prediction(page):
     assert f"{whirls[0].frequency:.4f}"[:6] in answer["words"]
     listed = [whirl.frequency for whirl in whirls if whirl.stable]
     assert all(f"sliding at {frequency:.4g} Hz" in answer["verdict"] for frequency in listed)
-    assert answer["verdict"].count(" at ") == answer["verdict"].count("rolling at") + len(listed)
+    assert answer["verdict"].count("ing at ") == answer["verdict"].count("rolling at") + len(listed)
+    assert answer["verdict"].endswith("Severity: at least at risk.")
     dots = [t for t in answer["picture"]["data"] if t["mode"] == "markers"]
     assert {t["name"] for t in dots} <= {"predicted whirl, stable", "predicted whirl, unstable"} and dots
 

@@ -75,7 +75,7 @@ def test_a_weak_motor_is_captured_below_the_critical_speed(seed):
     assert not [false for *_, false, skipped in told if false and not skipped]
     ((outcome, words, *_),) = [own for own in told if own[1].startswith("no contact")]
     assert outcome == CAPTURED
-    speed = float(re.search(r"captured at ([\d.]+) Hz \(Sommerfeld\)", words)[1])
+    speed = float(re.search(r"captured at ([\d.]+) Hz \(Sommerfeld effect\)", words)[1])
     assert scene.drive.speed[0] < speed < scene.rotor.frequency
     if not seed:
         assert speed == pytest.approx(28.498, abs=2e-3)  # of a run of 25 s by another program
@@ -118,7 +118,7 @@ def test_what_takes_too_long_is_said_to_be_unknown():
     ((own,),) = Release(scene, settling, 4000).held(settling.ends([initial_state(scene, settling.system)]), [0.0])
     assert own.outcome == UNKNOWN and own.motion == Kind.NO_CONTACT and np.isnan(own.left_time)
     assert own.speed == pytest.approx(50.0 - 1e-4 / 0.05 / (2.0 * np.pi) * own.time, rel=1e-4)
-    assert re.fullmatch(r"at [\d.]+ Hz after [\d.]+ s, not settled", held_text((own,)).partition(": ")[2])
+    assert re.fullmatch(r"the rotor is at [\d.]+ Hz after [\d.]+ s, not settled", held_text((own,)).partition(": ")[2])
 
 
 def test_a_race_goes_on_turning_when_its_motion_is_released():
@@ -155,19 +155,19 @@ NOTHING = {"left_speed": np.nan, "left_time": np.nan, "passed": "", "rate": 0.0,
     ("fields", "words"),
     [
         ({"outcome": HOLDS, "speed": 50.01, "time": 0.0, "motion": "forward rub"}, "the drive holds it"),
-        ({"outcome": BRAKES, "speed": 44.0, "time": 3.21, "motion": "forward rub"}, "brakes to 44.00 Hz after 3.2 s"),
+        ({"outcome": BRAKES, "speed": 44.0, "time": 3.21, "motion": "forward rub"}, "the rotor brakes to 44.00 Hz after 3.2 s"),
         ({"outcome": STOPS, "speed": 0.0, "time": 3.21, "motion": "no contact", "left_speed": 28.8, "left_time": 1.5},
-         "leaves it at 28.80 Hz after 1.5 s, stops after 3.2 s"),
+         "the rotor leaves it at 28.80 Hz after 1.5 s, stops after 3.2 s"),
         ({"outcome": BRAKES, "speed": 45.93, "time": 3.0, "motion": "forward rub", "left_speed": 60.0, "left_time": 0.0},
-         "leaves it at once, settles in forward rub at 45.93 Hz after 3 s"),
+         "the rotor leaves it at once, settles in forward rub at 45.93 Hz after 3 s"),
         ({"outcome": SPEEDS_UP, "speed": 45.93, "time": 3.0, "motion": Kind.SLIDING, "frequency": -60.0, "left_speed": 40.0,
           "left_time": 1.0, "passed": "partial rub"},
-         "leaves it at 40.00 Hz after 1 s, settles in backward whirl, sliding (-60.00 Hz) at 45.93 Hz after 3 s "
+         "the rotor leaves it at 40.00 Hz after 1 s, settles in backward whirl, sliding (-60.00 Hz) at 45.93 Hz after 3 s "
          "(on the way partial rub)"),
         ({"outcome": UNKNOWN, "speed": 20.0, "time": 4.0, "motion": "forward rub", "rate": -1.0},
-         "at 20.00 Hz after 4 s, still slowing down"),
+         "the rotor is at 20.00 Hz after 4 s, still slowing down"),
         ({"outcome": CAPTURED, "speed": 28.5, "time": 4.0, "motion": "no contact"},
-         "captured at 28.50 Hz (Sommerfeld) after 4 s"),
+         "the rotor is captured at 28.50 Hz (Sommerfeld effect) after 4 s"),
     ],
 )  # fmt: skip
 def test_words_of_outcomes(fields, words):
@@ -199,7 +199,7 @@ def test_commands_say_what_the_drive_holds(tmp_path, capsys):
     path = tmp_path / "pump.toml"
     path.write_text(pump(trip=0.5).to_toml())
     predicted = "the drive gives -2 N m, too little for this speed; after the trip the drive gives 0 N m, too little", "loads"
-    simulated = "the drive gives -2 N m: leaves it at", "held"
+    simulated = "the drive gives -2 N m: the rotor leaves it at", "held"
     listing = ["motions", "--speed", "45", "--starts", "0"]
     for command, (told, key) in ((["predict"], predicted), (["predict", "--speed", "50"], predicted), (listing, simulated)):
         assert main([command[0], str(path), *command[1:]]) == 0
@@ -226,7 +226,7 @@ def test_answer_and_page_say_what_the_drive_holds(tmp_path):
     write_page(report, tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
     assert "after the trip" in " ".join(answer_text(report).split())
-    assert "the drive gives -2 N m: leaves it at" in page
+    assert "the drive gives -2 N m: the rotor leaves it at" in page
 
 
 def test_a_whirl_at_two_seals_takes_the_torque_of_both():

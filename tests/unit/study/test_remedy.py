@@ -10,9 +10,13 @@ import pytest
 import rsc
 from rsc.cli import main
 from rsc.measure.kinds import Kind
+from rsc.measure.severity import Severity
+from rsc.scene.files.templates import template
 from rsc.show.words.remedies import remedies_text
 from rsc.study.motions import remedy as remedying
 from rsc.study.motions.settle import Settling
+from rsc.study.motions.shaft_levers import shown_name
+from rsc.system.assemble import assemble
 from two_seals import pump as two_seals
 
 PUMP = rsc.Scene.from_dict({
@@ -43,7 +47,8 @@ def test_less_friction_helps_from_where_it_is_predicted_and_more_damping_does_no
     assert not damping.helps and math.isnan(damping.predicted) and damping.remains[0].motion == Kind.ROLLING
     told = remedies_text(found, "pump")
     by = f"divided by {1.0 / own.factor:.3g}; requires a lubricating film"
-    assert f"contact.friction 0.2 -> {own.changed:.4g} ({by}); remains: no contact" in told
+    assert f"contact.friction 0.2 -> {own.changed:.4g} ({by}); remains: no contact; severity {own.severity}" in told
+    assert told.startswith("pump\n\nat 50.00 Hz: severity whirl; ") and own.severity == Severity.SAFE
     assert told.index("remedies, each by itself") < told.index("does not help") < told.index("0.02 -> 0.2 (times 10)")
 
 
@@ -55,7 +60,7 @@ def test_a_change_is_as_large_up_as_down_and_what_the_furthest_leaves_is_said(mo
 
     def left_by(self, lever, factor, states):
         helps = {"contact.friction": factor < 0.25, "rotor.damping_ratio": factor > 3.0, "stator.mass": False}[lever.name]
-        return helps, () if helps else harmful
+        return ("safe", ()) if helps else ("", harmful)
 
     monkeypatch.setattr(remedying._Remedying, "_left", left_by)
     found = rsc.remedy(PUMP, starts=2)
@@ -124,6 +129,20 @@ def test_every_value_that_may_help_is_looked_at():
                        ("stator.stiffnesses", {True, False}), ("drive.speed", {True, False})):  # fmt: skip
         assert {up for other, up in levers if other == name} == ways, name
     assert set(levers["contact.*.friction", False]) == {"contact.seal.friction", "contact.bush.friction"}
+
+
+def test_a_shaft_changes_all_its_bearings_and_unbalances_under_names_that_its_scene_knows():
+    scene = rsc.Scene.from_toml(template("generator")).steady(25.0)  # bearings whose directions differ
+    levers = {lever.name: lever for lever in remedying._levers(scene, 25.0) if lever.furthest != 0.1 or "unbalance" in lever.name}
+    softer, _ = levers["rotor.damping"].applied(scene, 25.0, 3.0)
+    before, after = assemble(scene).rotor, assemble(softer).rotor
+    assert after.damping == pytest.approx(3.0 * before.damping) and after.stiffness == pytest.approx(before.stiffness)
+    assert after.anisotropic_damping == pytest.approx(3.0 * before.anisotropic_damping) and before.anisotropic_damping.any()
+    lighter, _ = levers["rotor.unbalance"].applied(scene, 25.0, 0.5)
+    assert assemble(lighter).rotor.unbalance == pytest.approx(0.5 * before.unbalance)
+    assert shown_name(scene, "rotor.damping") == "damping of all rotor bearings"
+    assert shown_name(scene, "rotor.unbalance") == "all unbalances of the rotor"
+    assert shown_name(scene, "stator.mass") == "stator.mass" and shown_name(PUMP, "rotor.damping") == "rotor.damping"
 
 
 def test_the_command(few, tmp_path, capsys):

@@ -55,7 +55,7 @@ def test_the_run_settles_on_the_whirl_predicted_at_both_contacts(told):
 
 def test_the_answer_names_the_set_and_tells_each_contact(told):
     lines = dict(answer(told))
-    assert lines["whirl"].startswith("backward whirl, sliding at seal and bush at rotor speeds of 50.00 Hz")
+    assert lines["whirl"].startswith("backward whirl, sliding at seal and bush at a rotor speed of 50.00 Hz")
     assert "sliding at seal and bush, at a rotor speed of 50.00 Hz, whirl A, predicted to be stable at all" in lines["at the end"]
     assert "vibration" not in lines and "force" not in lines
     for contact in told.result.scene.contacts:

@@ -9,8 +9,9 @@ import pytest
 import rsc
 from rsc.measure.catalogue import LastingMotion, Motions
 from rsc.measure.kinds import Kind
+from rsc.measure.severity import Severity
 from rsc.results import labelled
-from rsc.show.sweeps import pictures
+from rsc.show.sweeps import pictures, words
 from rsc.study.sweep import compute
 from rsc.study.sweep.dataset import LASTS, load_dataset
 from rsc.study.sweep.plan import make_plan
@@ -67,6 +68,28 @@ def test_a_whirl_counts_wherever_it_is_in_the_list(listing, motions, ended, firs
     assert told == pytest.approx([*sizes, share, impulse], nan_ok=True)
 
 
+@pytest.mark.parametrize(
+    ("motions", "ended", "severity"),
+    [([RUB, SLIDING, NOTHING], [0, 1, 2], Severity.WHIRL), ([SLIDING, NOTHING], [1] * 16, Severity.AT_RISK),
+     ([NOTHING], [0] * 16, Severity.SAFE), ([NOTHING], [-1] * 16, Severity.UNKNOWN), ([RUB, NOTHING], [0, 1], Severity.RUB)],
+)  # fmt: skip
+def test_a_case_has_the_severity_of_its_list(listing, motions, ended, severity):
+    data = listing(motions, ended)
+    assert data["severity"].tolist() == data["lasting_severity"].tolist() == [severity.level] * 2
+    assert words.severities(data) == f"severity: {severity} in 2 cases" and words.plain(data)["severity"] == {severity: 2}
+
+
+def test_without_a_list_a_quiet_run_is_not_called_safe():
+    """With a friction of 0.01 nothing is predicted, with 0.2 a stable whirl: the end of a run alone excludes nothing."""
+    scene = rsc.Scene.from_dict({**LAVAL, "drive": {"speed": 50.0, "duration": 0.2}, "start": {"running": True}})
+    data = computed(make_plan(scene, rsc.cases(scene, {"contact.friction": [0.01, 0.2]}), "predict,run"), None, threads=1)
+    assert data["end_severity"].tolist() == [Severity.SAFE.level] * 2
+    assert data["severity"].tolist() == [Severity.UNKNOWN.level, Severity.AT_RISK.level]
+    hit = scene.with_values({"start.impulse": ["1 N s", "0 N s"], "contact.friction": 0.2, "drive.duration": 1.0})
+    ended = computed(make_plan(hit, rsc.cases(hit, {"drive.speed": [50.0, 51.0]}), "run"), None, threads=1)
+    assert ended["severity"].tolist() == ended["end_severity"].tolist() == [Severity.WHIRL.level] * 2
+
+
 def test_curves_draw_a_whirl_below_the_first_motion_and_none_twice(listing):
     def force(data):
         panels = {panel.quantity: panel for panel in pictures._panels(data, "contact.friction", "line")}
@@ -80,7 +103,7 @@ def test_curves_draw_a_whirl_below_the_first_motion_and_none_twice(listing):
 def test_a_dataset_without_whirls_of_lists_is_read(listing, tmp_path):
     listing([RUB, SLIDING], [0]).save(tmp_path / "now.nc")
     with h5py.File(tmp_path / "now.nc", "r+") as file:
-        for name in ADDED["rsc-sweep-dataset-2"]:
+        for name in set(ADDED["rsc-sweep-dataset-2"]) & set(file):
             del file[name]
         file.attrs["format"] = np.bytes_(b"rsc-sweep-dataset-2")
     data = load_dataset(tmp_path / "now.nc")

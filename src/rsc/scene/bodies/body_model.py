@@ -1,5 +1,6 @@
 """Base classes of the models of [rotor] and [stator]: their methods, and keys that several models share."""
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
@@ -140,6 +141,11 @@ class BodyModel(ABC):
     def mass_at(self, i: int) -> float:
         """Mass in kg (kg m^2 for a tilt) on the diagonal at coordinate i."""
         return float(np.asarray(self.mass_matrix())[i, i])
+
+    @property
+    def total_mass(self) -> float:
+        """Mass in kg of the whole body; NaN where the model does not tell it."""
+        return math.nan
 
 
 class RotorModel(BodyModel):

@@ -49,6 +49,11 @@ class LavalBody(HasStates, BodyModel):
         """[[mass]]."""
         return [[self.mass]]
 
+    @property
+    def total_mass(self) -> float:
+        """Its mass in kg."""
+        return self.mass
+
     def stiffness_matrix(self) -> Any:
         """[[stiffness]], given or from the natural frequency."""
         frequency: Any = self.frequency
@@ -83,6 +88,11 @@ class ChainBody(HasStates, BodyModel):
     def mass_matrix(self) -> Any:
         """The masses on the diagonal."""
         return np.diag(self.masses)
+
+    @property
+    def total_mass(self) -> float:
+        """The sum of the masses in kg."""
+        return float(sum(self.masses))
 
     def stiffness_matrix(self) -> Any:
         """Tridiagonal matrix of the springs."""

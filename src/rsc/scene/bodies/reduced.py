@@ -6,6 +6,7 @@ contacts the first ones are those at each contact. A result contains the reduced
 """
 
 import itertools
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -298,6 +299,11 @@ class ReducedRotor(HasStates, _Reduced, RotorModel):
     bearing_rows: tuple | None = declare(
         Sequence(BearingRowReader()), None, meaning="Coefficients of the bearings of a shaft.", mirror=mirrored_rows
     )
+
+    @property
+    def total_mass(self) -> float:
+        """Mass of a shaft with its disks in kg; NaN of a machine given by matrices."""
+        return sum(part.mass for part in self.parts) if self.parts else math.nan
 
     @property
     def at_end(self) -> "ReducedRotor":

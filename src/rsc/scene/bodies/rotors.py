@@ -105,6 +105,11 @@ class DiskRotor(HasStates, LoadedRotor):
         """Mass and diametral inertia on the diagonal."""
         return np.diag([self.mass, self.diametral_inertia])
 
+    @property
+    def total_mass(self) -> float:
+        """Mass of the disk in kg."""
+        return self.mass
+
     def stiffness_matrix(self) -> Any:
         """As given."""
         return self.stiffness

@@ -37,6 +37,7 @@ from rsc.show.words.wording import frequency_text, motion_name
 
 # from light, nothing, to dark, worst
 DANGER_COLOURS = ("#eeeeee", "#f7d666", "#e8743b", "#6a1b4d")
+SEVERITY_COLOURS = ("#eeeeee", "#b9c7d6", "#f7d666", "#e8a13b", "#cf4a2a", "#3d0c33")
 # Okabe and Ito's colours, which every kind of colour vision tells apart
 CLASS_COLOURS = (
     "#eeeeee", "#56b4e9", "#009e73", "#d55e00", "#cc79a7", "#e69f00", "#f0e442", "#a6a6a6", "#000000", "#ffffff",

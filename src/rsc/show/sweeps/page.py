@@ -21,6 +21,7 @@ from rsc.show.words.units import shown_as_in
 DPI = 110
 CAPTIONS = {
     "danger": "What backward whirls do: none exists, one exists, one is stable, a run ends in one.",
+    "severity": "What each case means for the machine, by the run and the motions that were listed: safe to destructive.",
     "motion": "The motion in which the run of each case ends.",
     **sweep_pictures.SETS,
     "scatter": "Stable backward whirls of the scattered values: the middle nine tenths of each, and how often there is one.",
@@ -60,6 +61,8 @@ def _answer(data):
     lines = [("cases", sweep_words.ends(data).partition(": ")[2])]
     if danger := sweep_words.dangers(data):
         lines.append(("backward whirl", danger.partition(": ")[2]))
+    if severity := sweep_words.severities(data):
+        lines.append(("severity", severity.partition(": ")[2]))
     return lines + [(text, f"{value} at {where}") for text, value, where in sweep_words.extremes(data)]
 
 

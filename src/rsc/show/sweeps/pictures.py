@@ -19,7 +19,7 @@ from rsc.results.labelled import Labelled
 from rsc.scene.scene import Scene
 from rsc.show.pictures import maps, plots
 from rsc.show.pictures.maps import Curve, Panel, Side
-from rsc.show.sweeps.words import WHIRL, danger_words, set_words
+from rsc.show.sweeps.words import WHIRL, danger_words, flag_words, set_words
 from rsc.show.words.units import shown_as_in
 from rsc.show.words.wording import frequencies_text, frequency_text
 
@@ -158,6 +158,10 @@ def _maps(data: Labelled, x_key: str, y_key: str, title: str, others: Sequence[s
             marked=_without_run(data, x_key, y_key),
             lines=[] if others else _least_friction(data, x, y, x_key, y_key)
         )  # fmt: skip
+    if "severity" in data:
+        classes = _plane(data, "severity", x_key, y_key).astype(int)
+        legend = _legend(flag_words(data, "severity"), maps.SEVERITY_COLOURS)
+        drawn["severity"] = partial(maps.plot_classes, x, y, classes, legend, title=title)
     for name, words in WORDS.items():
         if name in data and not others:
             numbers = {word: i for i, word in enumerate(words)}

@@ -35,16 +35,24 @@ def _status(data):
 
 def dangers(data):
     """One line with the number of cases in each danger class; "" if not computed."""
-    counts = _dangers(data)
+    return _counted("backward whirl", _classes(data, "danger", "not predicted"))
+
+
+def severities(data):
+    """One line with the number of cases of each severity; "" if neither runs nor lists of motions were computed."""
+    return _counted("severity", _classes(data, "severity", "not computed"))
+
+
+def _counted(name, counts):
     told = ", ".join(f"{text} in {count} cases" for text, count in counts.items())
-    return f"backward whirl: {told}" if counts else ""
+    return f"{name}: {told}" if counts else ""
 
 
-def _dangers(data):
-    """Class of danger in words -> number of its cases; empty where that was not computed."""
-    if "danger" not in data:
+def _classes(data, name, absent):
+    """Class of a variable in words -> number of its cases; empty where that was not computed."""
+    if name not in data:
         return {}
-    counts, words = Counter(data["danger"].ravel().tolist()), dict(enumerate(danger_words(data))) | {-1: "not predicted"}
+    counts, words = Counter(data[name].ravel().tolist()), dict(enumerate(flag_words(data, name))) | {-1: absent}
     return {text: counts[i] for i, text in words.items() if counts[i]}
 
 
@@ -52,7 +60,8 @@ def plain(data):
     """The same as values for JSON: ends of the cases, danger classes, and reasons of unfinished cases."""
     return {
         "cases": int(data["status"].size), "dims": {name: int(length) for name, length in data.dims.items() if name != WHIRL},
-        "status": _status(data), "danger": _dangers(data), "reasons": reasons(data),
+        "status": _status(data), "danger": _classes(data, "danger", "not predicted"),
+        "severity": _classes(data, "severity", "not computed"), "reasons": reasons(data),
     }  # fmt: skip
 
 

@@ -88,7 +88,7 @@ def _whirl(report):
     for kind in WHIRLING:
         places = places_of(report, [kind])
         if len(places):
-            told += [f"{name} at rotor speeds of {where(report, own)}" for name, own in _named(report, kind, places)]
+            told += [f"{name} at a rotor speed of {where(report, own)}" for name, own in _named(report, kind, places)]
     unknown = places_of(report, [Kind.NOT_RESOLVED])
     if not set(whirling(report)):
         told.append("no backward whirl" if not len(unknown) else "no backward whirl is seen where the motion is resolved")
@@ -299,7 +299,7 @@ def _whirls_from(listed):
     if math.isnan(listed.mu_whirl):
         return f"no backward whirl is predicted with any friction up to {MOST:g}"
     if not listed.mu_whirl:
-        return "a backward whirl is possible at any friction, because a motion has no damping"
+        return "a backward whirl is possible at any friction, because a mode has no damping"
     whirl = f"{listed.mu_whirl:.3g} ({frequency_text(listed.mu_whirl_frequency)})"
     return f"the least friction with which a backward whirl is predicted is {whirl}"
 
@@ -309,7 +309,7 @@ def _motion(motion, listed):
     started = f", {listed.hits(motion) or 'none'} of {listed.starts} impacts" if listed.starts else ""
     started += f"; {outcomes_text(motion.held)}" if motion.held else ""
     if not motion.bounded:
-        return f"{motion.motion} (backward and without a bound under one-sided friction, condition (12){started})"
+        return f"{motion.motion} (it still grew at 20 gaps{started})"
     if motion.contacts:
         return _several(motion, started)
     gaps = f"|r| {motion.amplitude_max / listed.gap:.2f} gaps"

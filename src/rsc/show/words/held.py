@@ -30,15 +30,15 @@ def outcomes_text(own):
 
 def outcome_text(one):
     """What becomes of a motion that is released to the torque of its drive."""
-    left, same = not math.isnan(one.left_time), {HOLDS: "the drive holds it", STOPS: f"stops after {_time(one.time)}"}
+    left, same = not math.isnan(one.left_time), {HOLDS: "the drive holds it", STOPS: f"the rotor stops after {_time(one.time)}"}
     if not left and one.outcome in same:
         return same[one.outcome] + _passed(one)
     if not left:
-        return _elsewhere(one, "") + _passed(one)
+        return f"the rotor {_elsewhere(one, '')}{_passed(one)}"
     later = f"leaves it at {frequency_text(one.left_speed)} after {_time(one.left_time)}"
     where = later if one.left_time else "leaves it at once"
     then = f"stops after {_time(one.time)}" if one.outcome == STOPS else _elsewhere(one, _motion(one))
-    return f"{where}, {then}{_passed(one)}"
+    return f"the rotor {where}, {then}{_passed(one)}"
 
 
 def _elsewhere(one, motion):
@@ -46,13 +46,13 @@ def _elsewhere(one, motion):
     words, after = f"{motion} " if motion else "", f"after {_time(one.time)}"
     speed = f"{frequency_text(one.speed)}"
     if one.outcome == CAPTURED:
-        return f"captured at {speed} (Sommerfeld) {words}{after}"
+        return f"{'is ' * (not words)}captured at {speed} (Sommerfeld effect) {words}{after}"
     if one.outcome in (SPEEDS_UP, BRAKES, HOLDS):
         verb = "settles" if motion else {SPEEDS_UP: "speeds up", BRAKES: "brakes"}[one.outcome]
         return f"{verb} {words}{'at' if motion else 'to'} {speed} {after}"
     slow = abs(one.rate) <= STEADY * one.speed
     change = "not settled" if slow else "still slowing down" if one.rate < 0.0 else "still speeding up"
-    return f"{words}at {speed} {after}, {change}"
+    return f"{words or 'is '}at {speed} {after}, {change}"
 
 
 def _motion(one):
@@ -60,6 +60,8 @@ def _motion(one):
     if one.motion == Kind.NO_CONTACT:
         return WITHOUT
     rate = "" if math.isnan(one.frequency) else f" ({frequency_text(one.frequency)})"
+    if one.motion == Kind.RESTING:
+        return str(one.motion)
     return f"in {one.motion}{rate}"
 
 

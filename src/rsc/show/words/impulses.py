@@ -2,8 +2,11 @@
 
 import math
 
+import numpy as np
+
 from rsc.errors import one_line
 from rsc.show.words.table import exact, table
+from rsc.show.words.verdict import hardness_text
 from rsc.show.words.wording import frequency_text
 
 
@@ -17,9 +20,9 @@ def impulses_text(impulses, title=""):
     elif impulses.impulse[weakest] > 0.0:
         share = 100.0 * (1.0 - impulses.below[weakest] / impulses.impulse[weakest])
         lines.append(
-            f"smallest impulse that starts a whirl: {impulses.impulse[weakest]:.4g} N s "
-            f"at {impulses.direction[weakest]:g} degrees{_from_heavy_spot(impulses.ahead[weakest])}, "
-            f"{impulses.velocity[weakest]:.4g} m/s at the contact "
+            f"smallest impulse that starts a whirl: {impulses.impulse[weakest]:.4g} N s"
+            f"{hardness_text(impulses.rotor_velocity[weakest], impulses.velocity[weakest])} "
+            f"at {impulses.direction[weakest]:g} degrees{_from_heavy_spot(impulses.ahead[weakest])} "
             f"({share:.1g} % less starts none; {impulses.runs} runs)"
         )
         lines += ["", _directions(impulses)]
@@ -36,8 +39,9 @@ def _from_heavy_spot(ahead):
 
 
 def _directions(impulses):
-    header = ("direction deg", "ahead of heavy spot deg", "N s", "m/s", "ends at Hz", "in")
-    names = "direction", "ahead", "impulse", "velocity", "frequency", "motion", "at"
+    whole = np.isfinite(impulses.rotor_velocity).any()
+    header = ("direction deg", "ahead of heavy spot deg", "N s", f"m/s of {'rotor' if whole else 'contact'}", "ends at Hz", "in")
+    names = "direction", "ahead", "impulse", "rotor_velocity" if whole else "velocity", "frequency", "motion", "at"
     columns = [getattr(impulses, name) for name in names]
     rows = []
     for direction, ahead, impulse, velocity, frequency, motion, at in zip(*columns, strict=True):

@@ -1,5 +1,6 @@
 """What predictions say of one rotor speed in a sentence: which backward whirls last there."""
 
+from rsc.measure.severity import Severity
 from rsc.show.words.verdict import beyond_text
 from rsc.show.words.wording import amount, frequency_text, length
 
@@ -13,9 +14,10 @@ def lasting_text(speed, lasting, unstable):
     at = f"At {frequency_text(speed)}"
     if lasting:
         what = "a backward whirl lasts" if len(lasting) == 1 else f"each of {len(lasting)} backward whirls lasts"
-        return f"{at} {what} once it is started, by prediction: {'; '.join(_told(*each) for each in lasting)}."
+        told = "; ".join(_told(*each) for each in lasting)
+        return f"{at} {what} once it is started, by prediction: {told}. Severity: at least {Severity.AT_RISK}."
     others = f"{unstable} exist, all unstable" if unstable else "none exists"
-    return f"{at} no backward whirl lasts, by prediction: {others}."
+    return f"{at} no backward whirl lasts, by prediction: {others}. Severity: {Severity.UNKNOWN}, as nothing was simulated."
 
 
 def _told(kind, frequency, amplitude, force, border):

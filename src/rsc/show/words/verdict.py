@@ -21,6 +21,7 @@ MEANINGS = {
 NOT_TOUCHED = "no impact that was tried reached the gap"
 ON_RACE = "a whirl on the inner race, as after a drop: let the rotor run down"
 PASSING = "contact that ends by itself, without a whirl"
+NOT_STARTED = "a whirl can last once something starts it"  # beside a rub
 
 
 def meaning_of(verdict):
@@ -33,7 +34,9 @@ def meaning_of(verdict):
         return MEANINGS[severity]
     if severity == Severity.WHIRL and run.on_race:
         return ON_RACE
-    return PASSING if severity == Severity.RUB and run.motion == Kind.TRANSIENT else MEANINGS[severity]
+    meaning = PASSING if severity == Severity.RUB and run.motion == Kind.TRANSIENT else MEANINGS[severity]
+    waiting = verdict.not_reached or (impact and not impact.hits and impact.severity.level > Severity.RUB.level)
+    return f"{meaning}; {NOT_STARTED}" if severity == Severity.RUB and waiting else meaning
 
 
 def verdict_text(verdict):
@@ -74,8 +77,9 @@ def _impact(verdict):
     at = f"At {frequency_text(impact.speed)}"
     if not impact.hits:
         size = "" if impact.motion == Kind.RUNNING_AWAY else beyond_text(impact.border, ", beyond the model: ")
-        text = f"{at} none of {impact.impacts} impacts started {_motion(impact)}{size}, which lasts once it is started"
-        return [f"{text}; {_count(impact.touched, impact.impacts)} impacts touched.", *_not_reached(verdict)]
+        goes_on = "does not stop" if impact.motion == Kind.RUNNING_AWAY else "lasts"
+        text = f"{at} none of {impact.impacts} impacts started {_motion(impact)}{size}, which {goes_on} once it is started"
+        return [f"{text}; {_touched(_coverage_at(verdict, impact.speed))}.", *_not_reached(verdict)]
     text = f"{at} an impact starts {_motion(impact)}: {impact.hits} of {impact.impacts} impacts did"
     return [f"{text}{_smallest(impact)}.", *_machine(impact)]
 
@@ -94,7 +98,7 @@ def _motion(impact):
     """The motion that impacts start, with its size where the model holds for it."""
     rate = "" if isnan(impact.frequency) else f" of {frequency_text(impact.frequency)}"
     if impact.motion == Kind.RUNNING_AWAY:
-        return "a backward motion that the one-sided friction law does not bound"
+        return "a whirl that grows without limit in this model"
     force = "" if impact.border.passed else f", {amount(impact.force_max, 'N')}"
     return f"{impact.motion}{rate}{force}"
 
@@ -105,18 +109,27 @@ def _smallest(impact):
     if one is None:
         return ""
     other = "" if one.motion is None or impact.starts == impact.motion else f" (which starts {impact.starts})"
-    at = f" at {one.contact}" if one.contact else " at the contact"
-    size = f"{amount(one.impulse, 'N s')}, {amount(one.velocity, 'm/s')}{at}, {one.over_touching:.2g} times what just touches"
-    return f"; the smallest found has {size}{other}, an upper bound"
+    at = f" at {one.contact}" if one.contact else ""
+    size = f"{amount(one.impulse, 'N s')}{at}{hardness_text(one.rotor_velocity, one.velocity)}"
+    size += f", {one.over_touching:.2g} times what just touches from the centre"
+    return f"; the smallest found has {size}{other}; it is an upper bound"
+
+
+def hardness_text(rotor_velocity, velocity):
+    """How hard an impulse is, from m/s of the whole rotor, or where its mass is not known from m/s at the contact."""
+    if isnan(rotor_velocity):
+        return f" ({amount(velocity, 'm/s')} of the shaft at the contact)"
+    return f" (the momentum of the whole rotor at {amount(rotor_velocity, 'm/s')})"
 
 
 def _machine(impact):
     """Whether the drive holds the motion, and whether any machine would."""
     if impact.motion == Kind.RUNNING_AWAY:
         return [_assumed(impact)]
-    told = [f"{beyond_text(impact.border, 'Beyond the model: ')}{_first(impact)}."] if impact.border.passed else []
+    told = [f"{beyond_text(impact.border, 'Beyond the model: ')}{_first(impact)}"] if impact.border.passed else []
     held = outcomes_text(impact.held)
-    return told + ([f"{held[0].upper()}{held[1:]}."] if held and not told else [])
+    text = "; ".join([*told, held] if held else told)
+    return [f"{text[0].upper()}{text[1:]}."] if text else []
 
 
 def _first(impact):
@@ -124,14 +137,18 @@ def _first(impact):
     one = impact.smallest
     if one is None or not one.first_force > 0.0:
         return ""
-    size = f"{amount(one.first_force, 'N')}, {one.first_penetration:.2g} gaps deep"
+    size = f"{amount(one.first_force, 'N')} and a penetration of {one.first_penetration:.2g} gaps"
     return f"; the first touch after the smallest impact has {size}"
 
 
 def _assumed(impact):
     """What bounds a motion that runs away: a contact diameter."""
+    if not impact.assumed:
+        text = "It still grew at 20 gaps, where it was left"
+        return f"{text}; a contact without a diameter needs one: surfaces that roll bound a whirl."
     known = [one for one in impact.assumed if one.roll]
-    text = "The surfaces would no longer slide forward, condition (12), and come to roll: give contact.diameter"
+    text = "The surfaces would come to roll on each other, for which the model needs the diameter of the shaft there "
+    text += "(the paper's condition (12)): give contact.diameter"
     if not known:
         return f"{text}."
     rolls = "; with ".join(
@@ -144,10 +161,10 @@ def _assumed(impact):
 
 # limits of `rsc.system.border` -> what a motion beyond them would do
 BEYOND = {
-    "penetration": lambda border: f"contact pressed in by {border.penetration:.3g} gaps ({length(border.depth)})",
+    "penetration": lambda border: f"penetration of {border.penetration:.3g} gaps ({length(border.depth)})",
     "orbit": lambda border: f"orbit of {border.orbit:.3g} times the shaft's radius",
     "surface": lambda border: f"surface at {amount(border.surface, 'm/s')}",
-    "heating": lambda border: f"friction of {amount(border.heating, 'W')}/kg",
+    "heating": lambda border: f"friction heat of {amount(border.heating, 'W')} per kg of the rotor",
     "yielding": lambda border: f"normal force of {border.yielding:.3g} times the yield force of the contact",
 }
 
@@ -160,7 +177,7 @@ def beyond_text(border, begin="beyond the model: "):
 
 def size_text(motion):
     """The largest force of a motion that lasts with its penetration; where the model does not hold any more that alone."""
-    return beyond_text(motion.border) or f"{amount(motion.force_max, 'N')}, {motion.border.penetration:.2g} gaps pressed in"
+    return beyond_text(motion.border) or f"{amount(motion.force_max, 'N')}, penetration {motion.border.penetration:.2g} gaps"
 
 
 def coverage_text(coverage):
@@ -173,12 +190,22 @@ def _count(some, count):
     return f"all {count}" if some == count > 0 else f"{some or 'none'} of {count}"
 
 
+def _touched(one):
+    """How many impacts touched, and how many of these runs had not settled, in words."""
+    unsettled = f", {one.unsettled} of them had not settled" if one.unsettled else ""
+    return f"{_count(one.touched, one.impacts)} impacts touched{unsettled}"
+
+
+def _coverage_at(verdict, speed):
+    """The coverage of the list at a speed."""
+    return next(one for one in verdict.coverage if one.speed == speed)
+
+
 def _covered(one):
     at = f"at {frequency_text(one.speed)}"
     if one.impacts == 0:
         return f"{at} no impacts were tried"
-    unsettled = f", {one.unsettled} of them had not settled" if one.unsettled else ""
-    text = f"{at} {_count(one.touched, one.impacts)} impacts touched{unsettled}"
+    text = f"{at} {_touched(one)}"
     if one.excluded == 1.0:
         return f"{text}, which excludes nothing"
     share = math.ceil(1e3 * one.excluded) / 10.0

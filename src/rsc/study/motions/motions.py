@@ -73,7 +73,8 @@ def motions(
         Look for the smallest impulse that starts each motion as well, in eight directions; several contacts are hit one by one.
     largest : float or str, N s, optional
         Also with its unit: "10 N s".
-        Default: ten times the impulse by which a rotor in the centre of the gap just touches.
+        Default: ten times the impulse by which a rotor in the centre of the gap just touches; where the rotor's mass is known no
+        more than its momentum at 3 m/s, or than twice what just touches.
     threads : int, optional
     note : callable, called with the number of runs that have ended, and how many there are so far
 
@@ -317,14 +318,14 @@ class Search:
             own = self._quieted(own)
             group.append(own)
         told = described(own.motion, self.scene)
-        forces = [at.facts.force_max for at in own.motion.everywhere]
+        forces, mass = [at.facts.force_max for at in own.motion.everywhere], self.scene.rotor.total_mass
         return LastingMotion(
             **vars(told),
             share=math.nan,
             modulated=not own.steady,
             predicted=self._prediction(own),
             smallest_impulse=math.nan,
-            border=border_of(self.system, self.speed, forces, told.amplitude_max, told.frequency, told.power),
+            border=border_of(self.system, self.speed, forces, told.amplitude_max, told.frequency, told.power, mass),
         )
 
     def _quieted(self, end: End) -> End:

@@ -1,4 +1,4 @@
-"""How hard a machine is hit at random: from what just touches to ten times that."""
+"""How hard a machine is hit at random: from what just touches to ten times that, as far as a machine is ever hit so hard."""
 
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from rsc.study.motions.settle import Settling
 
 FAST = 10.0  # largest impulse over the one after which a rotor in the centre of the gap just touches
+SHOCK = 3.0  # m/s, of the whole rotor: of a machine dropped from half a metre; a larger impulse than this, and than
+LEAST = 2.0  # times the one that just touches, is not tried
 DIRECTIONS = 24  # over half a turn, in which that is looked for
 SMALLEST, LARGEST = 1e-12, 1e12  # N s, that may be asked for
 
@@ -40,13 +42,16 @@ class ImpactSizes:
 
     def __init__(self, settling: "Settling", largest: float | None = None) -> None:
         self._system, self._Omega = settling.system, 2.0 * np.pi * settling.speed
+        mass = settling.scene.rotor.total_mass
+        self._hardest = np.inf if np.isnan(mass) else SHOCK * mass  # N s
         self._rise = 0.25 / settling.slowest  # s: a vibration from the centre is largest after a quarter of its period
         places = range(len(self._system.contacts))
         self.largest = [largest if largest else self._default(place) for place in places]
 
     def _default(self, place: int) -> float:
         angles = np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-        return FAST * float(self._each(place, angles)[:, place].max())
+        touching = float(self._each(place, angles)[:, place].max())
+        return float(min(FAST * touching, max(LEAST * touching, self._hardest)))
 
     def _each(self, place: int, angles: NDArray[np.float64]) -> NDArray[np.float64]:
         return touching_impulses(self._system, self._Omega, place, self._rise, angles)

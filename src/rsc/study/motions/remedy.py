@@ -15,12 +15,14 @@ from rsc.arguments import FUNCTION, IMPULSE, SCENE, SPEED, WHOLE, optional, take
 from rsc.errors import RscError, SceneError
 from rsc.measure.catalogue import LastingMotion, Motions
 from rsc.measure.kinds import BACKWARD, Kind
+from rsc.measure.severity import verdict_of
 from rsc.presented import Brief
 from rsc.scene.scene import Scene
 from rsc.scene.values import physical_values, with_entries
 from rsc.study.motions.motions import STARTS, Search, refuse_starts
 from rsc.study.motions.random_impacts import read_largest
 from rsc.study.motions.settle import End, shown
+from rsc.study.motions.shaft_levers import is_of, shown_name
 from rsc.system.assemble import assemble
 
 HARMFUL = (*BACKWARD, Kind.RUNNING_AWAY)
@@ -31,6 +33,7 @@ LEVERS = (
     ("stator", "damping_ratio", True, False), ("stator", "damping", True, False), ("stator", "dampings", True, False),
     ("stator", "mass", True, True), ("stator", "masses", True, True), ("stator", "frequency", True, True),
     ("stator", "stiffness", True, True), ("stator", "stiffnesses", True, True), ("rotor", "eccentricity", False, True),
+    ("rotor", "unbalance", False, True),
 )  # fmt: skip
 SPEED_NAME, SPEED_RANGE = "drive.speed", (2.0, 1.0 / 3.0)
 FURTHEST, LEAST_FRICTION = 10.0, 0.02  # a value is changed up to this factor or its inverse, friction down to this share
@@ -51,6 +54,8 @@ class Remedy(Brief):
     helps : bool, whether the list at the changed value has no backward motion that lasts
     remains : tuple of LastingMotion, of that list, or the backward ones that last nevertheless
     predicted : float, factor from which on no backward whirl is predicted to last; NaN where none up to ten times is
+    severity : str, one of `rsc.measure.severity.Severity`, of that list; "" of what does not help
+    words : str, what is changed as the scene's own file calls it: the name, but of a shaft or a finite-element machine
     """
 
     name: str
@@ -59,6 +64,8 @@ class Remedy(Brief):
     helps: bool
     remains: tuple[LastingMotion, ...]
     predicted: float
+    severity: str = ""
+    words: str = ""
 
     @property
     def changed(self) -> float:
@@ -96,6 +103,15 @@ class Remedies(Brief):
     def harmful(self) -> list[LastingMotion]:
         """The lasting backward motions and diverging motions of the unchanged machine."""
         return harmful_of(self.motions)
+
+    @property
+    def severity(self) -> str:
+        """Severity of the unchanged machine, one of `rsc.measure.severity.Severity`."""
+        return _severity_of(self.motions)
+
+
+def _severity_of(listed: Motions) -> str:
+    return str(verdict_of(None, None, (), [listed]).severity)
 
 
 def harmful_of(listed: Motions) -> list[LastingMotion]:
@@ -187,6 +203,10 @@ class _Lever:
         return with_entries(scene, {name: value * factor for name, value in self.values.items()}), speed
 
 
+# factor of a change that helps, severity and motions that it leaves
+_Helping = tuple[float, str, tuple[LastingMotion, ...]]
+
+
 class _Remedying:
     """The search for remedies of a scene at one speed."""
 
@@ -266,49 +286,50 @@ class _Remedying:
     def _tried(self, lever: _Lever, border: float, states: Sequence[End], predicted: bool) -> Remedy | None:
         """The smallest change of a value that the simulations confirm, or the remaining motions; None if interrupted."""
         value = next(iter(lever.values.values())) if len(lever.values) == 1 else math.nan
+        words = shown_name(self._scene, lever.name)
         remains, last, failed = tuple[LastingMotion, ...](), 1.0, 1.0 if math.isnan(border) else border
         for factor in _factors(border, lever.furthest, predicted):
-            helps, left = self._left(lever, factor, states)
+            severity, left = self._left(lever, factor, states)
             if self._interrupted:
                 return None
-            if helps:
-                factor, left = self._refined(lever, failed, factor, left, states)
-                return Remedy(lever.name, value, factor, True, left, border)
+            if severity:
+                factor, severity, left = self._refined(lever, failed, (factor, severity, left), states)
+                return Remedy(lever.name, value, factor, True, left, border, severity, words)
             if not left:  # beyond what such a scene may have
                 break
             remains, last, failed = left, factor, factor
-        return Remedy(lever.name, value, last, False, remains, border)
+        return Remedy(lever.name, value, last, False, remains, border, words=words)
 
-    def _refined(
-        self, lever: _Lever, failed: float, helping: float, left: tuple[LastingMotion, ...], states: Sequence[End]
-    ) -> tuple[float, tuple[LastingMotion, ...]]:
-        """The factor that helps, and what it leaves, after bisections between it and one that does not."""
+    def _refined(self, lever: _Lever, failed: float, helping: _Helping, states: Sequence[End]) -> _Helping:
+        """The change that helps after bisections between it and one that does not."""
         for _ in range(BISECTIONS):
-            if abs(math.log(helping / failed)) < NEAR:
+            if abs(math.log(helping[0] / failed)) < NEAR:
                 break
-            middle = math.sqrt(failed * helping)
+            middle = math.sqrt(failed * helping[0])
             try:
-                helps, own = self._left(lever, middle, states)
+                severity, left = self._left(lever, middle, states)
             except KeyboardInterrupt:
                 self._interrupted = True
             if self._interrupted:  # what was found stays
                 break
-            helping, left, failed = (middle, own, failed) if helps else (helping, left, middle)
-        return helping, left
+            helping, failed = ((middle, severity, left), failed) if severity else (helping, middle)
+        return helping
 
-    def _left(self, lever: _Lever, factor: float, states: Sequence[End]) -> tuple[bool, tuple[LastingMotion, ...]]:
-        """Whether a change leaves no backward motion, and what lasts then: all of it, or else the backward motions; nothing where
-        such a scene cannot be or after a Ctrl-C."""
+    def _left(self, lever: _Lever, factor: float, states: Sequence[End]) -> tuple[str, tuple[LastingMotion, ...]]:
+        """The severity of a change that leaves no backward motion, else "", and what lasts then: all of it, or else the backward
+        motions; nothing where such a scene cannot be or after a Ctrl-C."""
         try:
             scene, speed = lever.applied(self._scene, self._speed, factor)
             search = self._search(scene, speed)
         except SceneError:
-            return False, ()
+            return "", ()
         goes_on = self._going_on(search, states)
         listed = search.motions(self._starts if not goes_on else 0, self._seed)
         self._interrupted = self._interrupted or listed.interrupted
         harmful = tuple(harmful_of(listed)) or goes_on
-        return (False, ()) if self._interrupted else (not harmful, harmful or tuple(listed.motions))
+        if self._interrupted:
+            return "", ()
+        return ("", harmful) if harmful else (_severity_of(listed), tuple(listed.motions))
 
     @staticmethod
     def _going_on(search: Search, states: Sequence[End]) -> tuple[LastingMotion, ...]:
@@ -333,7 +354,7 @@ def _levers(scene: Scene, speed: float) -> Iterator[_Lever]:
     groups = {}
     for table, (kind, key, *_) in itertools.product(tables, LEVERS):
         if table.partition(".")[0] == kind:
-            groups[f"{table}.{key}"] = {name: value for name, value in known.items() if _is_of(name, f"{table}.{key}")}
+            groups[f"{table}.{key}"] = {name: value for name, value in known.items() if is_of(name, f"{table}.{key}")}
     contacts = [table for table in tables if table.startswith("contact.")]
     for key in ("friction", "gap") if len(contacts) > 1 else ():  # of all contacts together
         groups[f"contact.*.{key}"] = {name: known[name] for table in contacts if (name := f"{table}.{key}") in known}
@@ -350,13 +371,6 @@ def with_remedy(scene: Scene, speed: float, own: Remedy) -> tuple[Scene, float]:
     """The scene and the speed in Hz with a change that was looked at."""
     lever = next(lever for lever in _levers(scene, speed) if lever.name == own.name)
     return lever.applied(scene, speed, own.factor)
-
-
-def _is_of(name: str, key: str) -> bool:
-    """Whether a value is that of a key, or in its list; of an eccentricity the amounts, not the angles."""
-    if name.partition("[")[0] != key:
-        return False
-    return not (key.endswith("eccentricity") and name.endswith("[1]"))
 
 
 def _lasting(scene: Scene, speed: float) -> bool:

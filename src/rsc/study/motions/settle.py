@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from rsc.analysis.alone.clear import Clear
 from rsc.analysis.alone.free_vibration import free_vibrations
 from rsc.analysis.paper.receptance import coupled_frequencies, uncoupled_frequencies
-from rsc.measure.kinds import SELF_EXCITED, Kind, Motion, motion_of, of_contacts, parts_of
+from rsc.measure.kinds import BACKWARD, SELF_EXCITED, Kind, Motion, motion_of, of_contacts, parts_of
 from rsc.measure.stretches import COLUMNS, Stretches, side_by_side
 from rsc.operating_system import processors
 from rsc.scene.scene import Scene
@@ -129,7 +129,8 @@ class Settling:
 
     def _end(self, start: InitialState, turns: float, known: Sequence[End] = (), until_quiet: bool = False) -> End:
         shot = Shot(self._packed, start, turns)
-        course = _Course(self.gaps, self.speed, self.grows, self.system.driven)
+        rolls = all(contact.law.diameter is not None for contact in self.system.contacts)
+        course = _Course(self.gaps, self.speed, self.grows, self.system.driven, rolls)
         home, looks, most = None, 0, MOST_STEPS // (self.system.n_rotor + self.system.n_stator)
         while looks < most // ATTEMPTS:
             looks += 1
@@ -160,9 +161,13 @@ class Settling:
 
 
 class _Course:
-    """A run as blocks of stretches, seen as they end; grows: whether a free vibration does, so that no contact never lasts."""
+    """A run as blocks of stretches, seen as they end; grows: whether a free vibration does, so that no contact never lasts;
+    rolls: whether all contacts have a diameter, so that surfaces come to roll."""
 
-    def __init__(self, gaps: Sequence[float], speed: float, grows: bool = False, driven: bool = False) -> None:
+    def __init__(
+        self, gaps: Sequence[float], speed: float, grows: bool = False, driven: bool = False, rolls: bool = False
+    ) -> None:
+        self._rolls = rolls
         self._grows, self._gaps, self._speed, self._driven = grows, gaps, speed, driven
         self._each = [Stretches(np.empty((0, len(COLUMNS)))) for _ in gaps]
         self.blocks = list[Motion]()
@@ -250,7 +255,10 @@ class _Course:
 
     @property
     def runs_away(self) -> bool:
-        """Whether the largest deflection at a contact is far beyond its gap and rose from each of the last blocks to the next."""
+        """Whether the largest deflection at a contact is far beyond its gap and rose from each of the last blocks to the next;
+        with a contact diameter a backward whirl ends in rolling, however far that is."""
+        if self._rolls and self.blocks and self.blocks[-1].kind in BACKWARD:
+            return False
         courses = zip(*([own.facts.deflection_max for own in motion.everywhere] for motion in self.blocks[-LAST:]), strict=True)
         return any(_runs_away(sizes, gap) for sizes, gap in zip(courses, self._gaps, strict=False))
 

@@ -36,7 +36,8 @@ class SmallestImpulses(Brief):
         reduced rotor, whose coordinates are not those of its planes
     impulse : (n,) N s, smallest that was found to start a whirl; NaN where none up to `largest` does
     below : (n,) N s, the next smaller one that was tried and starts none
-    velocity : (n,) m/s, change of the rotor's velocity at the contact by `impulse`
+    velocity : (n,) m/s, change of the rotor's velocity at the contact by `impulse`; of a shaft that of the piece that is hit
+    rotor_velocity : (n,) m/s, at which the whole rotor has as much momentum; NaN where its model does not tell its mass
     motion : (n,) str, what it starts, one of `rsc.measure.catalogue.WHIRLING`; "" where there is none
     at : (n,) str, names of those of several contacts at which it is that; "" with one
     frequency : (n,) Hz, at which that turns
@@ -60,6 +61,7 @@ class SmallestImpulses(Brief):
     interrupted: bool
     contact: str = ""
     at: NDArray[np.str_] = field(default_factory=lambda: np.zeros(0, dtype=str))
+    rotor_velocity: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
 
     @property
     def weakest(self) -> int | None:
@@ -73,7 +75,9 @@ class SmallestImpulses(Brief):
 
     def table(self) -> Table:
         """A `rsc.files.tables.Table` with a row for each direction, for pandas (`to_dataframe`) and CSV (`to_csv`)."""
-        columns = (self.direction, self.ahead, self.impulse, self.below, self.velocity, self.frequency, self.motion)
+        columns = (
+            self.direction, self.ahead, self.impulse, self.below, self.velocity, self.rotor_velocity, self.frequency, self.motion
+        )  # fmt: skip
         return Table(_COLUMNS, list(zip(*(column.tolist() for column in columns), strict=True)))
 
     def _repr_html_(self) -> str:
@@ -81,8 +85,8 @@ class SmallestImpulses(Brief):
 
 
 _COLUMNS = (
-    "direction in degrees", "ahead of the heavy spot in degrees", "impulse in N s", "none starts at N s", "velocity in m/s",
-    "frequency in Hz", "motion",
+    "direction in degrees", "ahead of the heavy spot in degrees", "impulse in N s", "none starts at N s",
+    "velocity at the contact in m/s", "velocity of the whole rotor in m/s", "frequency in Hz", "motion",
 )  # fmt: skip
 
 
@@ -114,7 +118,7 @@ def smallest_impulse(
         Evenly spaced over the full turn.
     largest : float or str, N s, optional
         Largest impulse, also with its unit: "10 N s".
-        Default: ten times the impulse by which a rotor in the centre of the gap just touches.
+        Default: ten times the impulse by which a rotor in the centre of the gap just touches, or less as in `rsc.motions`.
     contact : str, optional
         Name of the contact whose rotor coordinate is hit; by default the first.
     threads : int, optional
@@ -220,6 +224,7 @@ class _Tried:
             impulse=self.impulse,
             below=self.below,
             velocity=self.impulse * per_impulse,
+            rotor_velocity=self.impulse / search.scene.rotor.total_mass,
             motion=np.array(["" if end is None else str(end.motion.kind) for end in self.ends]),
             frequency=np.array([np.nan if end is None else end.motion.frequency for end in self.ends]),
             largest=search.largest[self._place],

@@ -80,6 +80,7 @@ def border_of_run(result: Trajectory, system: System, features: Features) -> Bor
         max(whole.rotor_max for whole in wholes),
         float(np.abs(features.turning).max(initial=0.0)),
         power if known else float("nan"),
+        result.scene.rotor.total_mass,
     )
 
 

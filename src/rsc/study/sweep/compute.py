@@ -16,6 +16,8 @@ from rsc.analysis.several.whirl import SeveralWhirl
 from rsc.errors import RscError, SceneError, SolverError, one_line
 from rsc.measure.catalogue import WHIRLING, LastingMotion, Motions
 from rsc.measure.final import FinalMotion, final_motion
+from rsc.measure.kinds import Kind
+from rsc.measure.severity import severity_of, verdict_of
 from rsc.measure.stretches import Stretches, at_contacts
 from rsc.measure.words import FREQUENCY, VERDICTS
 from rsc.results.trajectory import Trajectory
@@ -27,6 +29,8 @@ from rsc.study.report.check import report
 from rsc.study.run.ensemble import NoRun, simulate_many
 from rsc.study.sweep.rows import COLUMNS, FAILED, FINISHED, IMPOSSIBLE, Rows, empty, joined, number_of_set, texts
 from rsc.system.assemble import assemble
+from rsc.system.border import Border, border_of
+from rsc.system.system import System
 
 STARTS = 16  # random impacts of a case whose motions are listed
 LONGEST_REASON = 400
@@ -201,11 +205,12 @@ def _ran(scenes: list[Scene]) -> Rows:
     rows, runs, places = _with_status("run", results)
     words = [""] * len(scenes)
     for i, result in zip(places, runs, strict=True):
-        summary, ledger, stretches = result.summary, result.ledger, result.stretches()
-        motion = final_motion(result, assemble(result.scene).driven)
+        summary, ledger, stretches, system = result.summary, result.ledger, result.stretches(), assemble(result.scene)
+        motion = final_motion(result, system.driven)
         values = vars(motion) | {
             "turning_frequency": motion.frequency,
             "touched": _touched(motion, result.scene),
+            "end_severity": severity_of(motion.motion, _border(motion, result.scene, system)).level,
             "force_max": max((own.force_max for own in motion.contacts.values()), default=motion.force_max),
             **_largest(result),
             **_watched(result.scene, stretches),
@@ -219,6 +224,16 @@ def _ran(scenes: list[Scene]) -> Rows:
                 rows[name][i] = values[name]
         words[i] = motion.motion
     return rows | {"motion": texts(words)}
+
+
+def _border(motion: FinalMotion, scene: Scene, system: System) -> Border | None:
+    """How far the motion at the end of a run is towards what the contact law and any machine can bear; None without contact and
+    of what runs away, whose numbers mean nothing."""
+    if motion.motion in (Kind.NO_CONTACT, Kind.RUNNING_AWAY):
+        return None
+    forces = [own.force_max for own in motion.contacts.values()] or [motion.force_max]
+    speed, mass = scene.drive.speed[-1], scene.rotor.total_mass
+    return border_of(system, speed, forces, motion.amplitude_max, motion.frequency, motion.power, mass)
 
 
 def _touched(motion: FinalMotion, scene: Scene) -> int:
@@ -261,6 +276,7 @@ def _listed(scenes: list[Scene]) -> Rows:
     for i, scene in enumerate(scenes):
         listed = list_of(scene, scene.drive.speed[0], STARTS, threads=1)
         rows["n_motions"][i], rows["n_unsettled"][i] = len(listed.motions), (listed.ended < 0).sum()
+        rows["lasting_severity"][i] = verdict_of(None, None, (), [listed]).severity.level
         if not listed.motions:
             continue
         worst = listed.motions[0]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from rsc.errors import DataError, SolverError
 from rsc.files.gate import F8, I1, I8, TEXT, Array
 from rsc.measure.catalogue import WHIRLING
+from rsc.measure.severity import Severity
 from rsc.operating_system import free_memory
 from rsc.results.budget import LARGEST_SHARE, size_text
 from rsc.results.labelled import Labelled, Variable, load_labelled
@@ -23,6 +24,8 @@ UNKNOWN, NONE, PREDICTED, LASTS, REACHED = range(-1, 4)
 DANGER = (
     "no whirl predicted or found", "a whirl is predicted only", "a whirl lasts once it is started", "the run ends in a whirl",
 )  # fmt: skip
+# variable of classes -> their words
+FLAGS = {"danger": DANGER, **dict.fromkeys(("severity", "end_severity", "lasting_severity"), tuple(map(str, Severity)))}
 # of the results: as arrays, as the file that is written of them, and what is in use beside them; measured: 2.11 with all whirls
 # and letters that are reckoned with
 COPIES = 2.2
@@ -48,7 +51,8 @@ def refuse_too_large(plan: Plan) -> float:
 def _columns(kinds: Iterable[str]) -> dict[str, Column]:
     """Every variable of a dataset in which these were computed."""
     columns = {name: column for kind in kinds for name, column in all_columns(kind).items()}
-    return columns | (_DERIVED if "frequency" in columns else {})
+    severity = {"severity": _SEVERITY} if {"end_severity", "lasting_severity"} & set(columns) else {}
+    return columns | (_DERIVED if "frequency" in columns else {}) | severity
 
 
 def dataset(plan: Plan, pieces: Iterable[tuple[Label, Rows]]) -> Labelled:
@@ -86,6 +90,7 @@ def dataset(plan: Plan, pieces: Iterable[tuple[Label, Rows]]) -> Labelled:
     for name, column in columns.items():
         flat[name] = flat[name].astype(bool) if column.kind == "b" else flat[name]
     flat |= _derived(flat, predicted)
+    flat |= _severity(flat, computed)
     scene = Scene.from_stored(plan.scene, plan.source)
     dims = plan.cases.dims | ({WHIRL: flat["frequency"].shape[1]} if "frequency" in flat else {})
     variables: dict[str, Variable] = {}
@@ -119,7 +124,7 @@ def _dims(cases: Cases, column: Column) -> tuple[str, ...]:
 
 def _about(name: str, column: Column, scene: Scene) -> dict[str, str]:
     """What a variable is, in the words of netCDF."""
-    flags = list(enumerate(DANGER)) if name == "danger" else []
+    flags = list(enumerate(FLAGS.get(name, ())))
     if len(scene.contacts) > 1 and (name in SETS or name == "largest_contact"):
         flags = [(1 << i if name in SETS else i, contact.name or "") for i, contact in enumerate(scene.contacts)]
     own = {"long_name": column.meaning} | ({"units": column.unit} if column.unit else {})
@@ -173,6 +178,7 @@ def load_dataset(path: str | os.PathLike[str]) -> Labelled:
     return Labelled(dims, _coordinates(cases), variables, _head(cases, kinds, head["scene"], head["source"], head["versions"]))
 
 
+_SEVERITY = Column("c", "", "severity (docs/users/motions.md) by all that was computed of the case")
 # what holds of a whirl that may roll because it cannot slide
 _BESIDE_SLIDING = ("psi_real", "normal_force_positive", "asynchronous_force_dominates", "contact_stiff_enough")
 _DERIVED = {
@@ -211,6 +217,21 @@ def _derived(flat: dict[str, NDArray[Any]], predicted: NDArray[np.bool_]) -> dic
     if "motion" in flat:
         danger[np.isin(flat["motion"], [str(kind).encode() for kind in WHIRLING])] = REACHED
     return {"danger": danger, **derived}
+
+
+def _severity(flat: dict[str, NDArray[Any]], computed: NDArray[Any]) -> dict[str, NDArray[Any]]:
+    """The severity of every case: that of the end of its run, and of what lasts; without a list of motions at risk where a whirl
+    is predicted to be stable and unknown otherwise."""
+    told = [flat[name] for name in ("end_severity", "lasting_severity") if name in flat]
+    if not told:
+        return {}
+    listed = flat["lasting_severity"] if "lasting_severity" in flat else np.full(len(computed), -1)
+    known = np.full(len(computed), Severity.UNKNOWN.level)
+    if "frequency" in flat:
+        stable = (flat["frequency"] < 0.0) & flat["stable"] & flat["admissible"]
+        known[stable.any(axis=1)] = Severity.AT_RISK.level
+    worst = np.maximum(np.where(listed < 0, known, listed), told[0])
+    return {"severity": np.where(np.max(told, axis=0) < 0, -1, worst).astype("i1")}
 
 
 def _coordinates(cases: Cases) -> dict[str, Variable]:

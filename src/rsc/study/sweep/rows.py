@@ -99,6 +99,7 @@ COLUMNS: dict[str, dict[str, Column]] = {
         "contact_share": Column("f", "1", "share of the time in contact there"),
         "torque": Column("f", "N m", "mean torque that friction takes from the drive there"),
         "power": Column("f", "W", "mean power that friction takes from the drive there"),
+        "end_severity": Column("c", "", "severity of the motion in the last part of the run"),
         "largest_amplitude": Column("f", "m", "largest |r| at any contact in the whole run"),
         "largest_over_gap": Column("f", "1", "largest deflection over gap at any contact in the whole run"),
         "largest_force": Column("f", "N", "largest normal force of the whole run, at any contact"),
@@ -127,6 +128,7 @@ COLUMNS: dict[str, dict[str, Column]] = {
         "lasting_whirl_force": Column("f", "N", "its largest normal force, at any contact"),
         "lasting_whirl_share": Column("f", "1", "share of the random impacts that start a whirl, whichever it is"),
         "lasting_whirl_impulse": Column("f", "N s", "smallest of the random impacts that start a whirl"),
+        "lasting_severity": Column("c", "", "severity of what impacts start and of what lasts there, as `rsc motions` tells it"),
         "n_motions": Column("i", "1", "motions that last"),
         "n_unsettled": Column("i", "1", "random impacts after which nothing had settled"),
     },
@@ -140,7 +142,11 @@ COLUMNS: dict[str, dict[str, Column]] = {
     },
 }
 # format of a dataset that is still read -> columns that it does not have yet
-ADDED = {"rsc-sweep-dataset-2": [name for name in COLUMNS["motions"] if name.startswith("lasting_whirl")]}
+_OF_3 = ["end_severity", "lasting_severity", "severity"]
+ADDED = {
+    "rsc-sweep-dataset-2": [*(name for name in COLUMNS["motions"] if name.startswith("lasting_whirl")), *_OF_3],
+    "rsc-sweep-dataset-3": _OF_3,
+}
 
 
 def all_columns(kind: str) -> dict[str, Column]:
