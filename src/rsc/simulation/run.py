@@ -343,7 +343,8 @@ class Run:
         """One sentence on why a run ended and what to change."""
         limit = self._limit()
         if status == Status.FINISHED:
-            grounded = self.packed.grounded and f"no exact flight between contacts: {self.packed.grounded}"
+            why = self.packed.grounded
+            grounded = why and f"between contacts the motion is integrated in steps, not in closed form: {why}"
             return "; ".join(filter(None, (limit, _unclosed(ledger), grounded)))
         if status == Status.OUT_OF_ASSUMPTIONS:
             return self.sliding.advice()

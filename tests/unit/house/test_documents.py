@@ -26,7 +26,8 @@ from rsc.scene.scene import load_scene
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").exists())
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 USERS = ROOT / "docs" / "users"
-PAGES = [ROOT / "README.md", *(USERS / f"{name}.md" for name in ("tutorial", "measured", "modes", "journal", "numbers"))]
+NAMES = ("tutorial", "measured", "modes", "journal", "numbers")
+PAGES = [ROOT / "README.md", ROOT / "docs" / "index.md", *(USERS / f"{name}.md" for name in NAMES)]
 
 
 class Page:

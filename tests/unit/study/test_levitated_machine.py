@@ -11,6 +11,7 @@ from rsc.analysis.paper.receptance import receptance_rotor, receptance_stator
 from rsc.errors import SceneError
 from rsc.machine.imports.store import save_model
 from rsc.scene.scene import Scene
+from rsc.study.motions.settle import Settling
 from rsc.study.prediction.predictions import predictions
 from rsc.study.run.levitation import levitation_remarks
 from rsc.system.assemble import assemble
@@ -328,3 +329,10 @@ def test_a_run_is_that_of_the_full_machine():
     )  # fmt: skip
     assert result.normal_force.max() > 100.0 and np.abs(result.rotor[:, 0]).max() > 2.0 * GAP
     assert np.abs(own @ at - result.rotor[:, 0]).max() < scene.rotor.tolerance * GAP
+
+
+def test_motions_of_a_controller_that_hardly_oscillate_are_not_followed(scene):
+    """A list's runs last some periods of the slowest free vibration: of the shaft in its bearings, not of an integrator."""
+    oscillating = [mode.frequency for mode in free_vibrations(assemble(scene), SPEED) if abs(mode.frequency) > 20.0]
+    assert min(mode.frequency for mode in free_vibrations(assemble(scene), SPEED) if mode.frequency > 0.0) < 1.0
+    assert Settling(scene, SPEED).slowest == pytest.approx(min(map(abs, oscillating)))

@@ -26,6 +26,7 @@ from rsc.system.system import System
 
 Result = TypeVar("Result")
 
+_OSCILLATES = 0.01  # cycles in the time in which a free vibration falls to 1/e: fewer are none
 FREE = 1e-6  # of the largest frequency, below which nothing holds a motion
 # a block: so many periods of the slowest of shaft and free vibrations, in so many stretches
 PERIODS, STRETCHES = 12.0, 6
@@ -328,9 +329,9 @@ def _slowest(system: System, speed: float) -> tuple[float, float, bool]:
         if vibrating.size:
             slowest = float(vibrating.min())
     vibrations = free_vibrations(system, speed)
-    if system.n_states:  # a controller is no spring
-        size = np.abs([each.frequency for each in vibrations])
-        slowest = min(size[size > FREE * size.max()], default=slowest)
+    if system.n_states:  # a controller is no spring, and some of its own motions hardly oscillate
+        size = np.abs([each.frequency for each in vibrations if abs(each.frequency) > _OSCILLATES * abs(each.growth_rate)])
+        slowest = float(min(size[size > FREE * size.max(initial=0.0)], default=slowest))
     rates = [vibration.growth_rate for vibration in vibrations if vibration.growth_rate != 0.0]
     grows = max(rates, default=0.0) > FREE * slowest
     return slowest, max(min(map(abs, rates), default=slowest), FREE * slowest), grows
