@@ -44,6 +44,7 @@ class ProbeKind(StrEnum):
 
 BACKWARD = (Kind.SLIDING, Kind.ROLLING, Kind.BOUNCING)
 SELF_EXCITED = (*BACKWARD, Kind.FORWARD_WHIRL)
+HARMFUL = (*BACKWARD, Kind.RUNNING_AWAY)  # what a remedy takes away
 # the most dangerous first
 RANK = (
     Kind.RUNNING_AWAY, *BACKWARD, Kind.FORWARD_WHIRL, Kind.PARTIAL_RUB, Kind.FORWARD_RUB, Kind.RESTING, Kind.TRANSIENT,

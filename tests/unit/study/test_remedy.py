@@ -8,8 +8,9 @@ import signal
 import pytest
 
 import rsc
+from rsc.analysis.follow.least_friction import mu_min
 from rsc.cli import main
-from rsc.measure.kinds import Kind
+from rsc.measure.kinds import HARMFUL, Kind
 from rsc.measure.severity import Severity
 from rsc.scene.files.templates import template
 from rsc.show.words.remedies import remedies_text
@@ -84,6 +85,27 @@ def test_less_friction_also_cures_what_runs_away():
     assert [motion.motion for motion in found.harmful] == [Kind.RUNNING_AWAY, Kind.BOUNCING]
     assert {"contact.friction", "rotor.damping_ratio"} <= {own.name for own in found.helping}
     assert all(own.remains for own in found.others)  # what lasts there is said
+    for own in found.helping:  # four impacts need not have one that is large enough to run away
+        changed, speed = remedying.with_remedy(away, found.speed, own)
+        least = mu_min(changed, speed)
+        assert least is None or least.value > changed.contact.friction
+
+
+def test_a_change_after_which_large_impacts_run_away_is_no_remedy(monkeypatch):
+    """Of the lists of a few small impacts none shows it; the linear motion far beyond the gap grows."""
+    monkeypatch.setattr(remedying, "LEVERS", (("stator", "mass", False, True), FEW[0]))
+    monkeypatch.setattr(remedying, "SPEED_RANGE", ())
+    one_sided = rsc.Scene.from_dict({
+        "rotor": {"model": "laval", "mass": 6.0, "frequency": 30.0, "damping_ratio": 0.03, "eccentricity": 3e-5},
+        "stator": {"model": "laval", "mass": 2.6, "frequency": 82.0, "damping_ratio": 0.11},
+        "contact": {"gap": 3e-4, "friction": 0.3, "stiffness": 5e6, "damping_ratio": 0.05},
+        "drive": {"speed": 11.0, "duration": 1.0},
+    })  # fmt: skip
+    found = rsc.remedy(one_sided, starts=4, largest=0.05)
+    assert found.harmful and [own.name for own in found.helping] == ["contact.friction"]
+    (mass,) = found.others
+    assert not set(motion.motion for motion in mass.remains) & set(HARMFUL)
+    assert "a motion that is large enough still runs away" in remedies_text(found)
 
 
 def test_nothing_is_taken_away_where_nothing_lasts(few):

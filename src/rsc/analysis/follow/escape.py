@@ -41,6 +41,12 @@ def least_escape(system: System, Omega: FloatOrArray, band):
     return Event(ESCAPES, high, _fastest(system, Omega, band, high) / TWO_PI, "above")
 
 
+def escapes(system: System, Omega: FloatOrArray, band):
+    """Whether a backward motion that is large enough runs away at the friction of the system; arguments as `least_escape`."""
+    law = law_of(system)
+    return law.diameter is None and _fastest(system, Omega, band, law.friction) != 0.0
+
+
 def _fastest(system: System, Omega: FloatOrArray, band, friction):
     """Psi in rad/s of the pressed motion that grows fastest backward, 0.0 where none does."""
     Psi = pressed_frequencies(system, Omega, friction)

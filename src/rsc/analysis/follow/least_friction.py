@@ -62,9 +62,9 @@ def least_frictions(scene: SceneLike, speed: float | None = None) -> tuple[Event
     system = assemble(scene)
     Omega = TWO_PI * (scene.drive.speed[0] if speed is None else float(speed))
     if Omega < 0.0:
-        events = _both(system.mirrored(), -Omega, tuple(-end for end in _band(scene)[::-1]))
+        events = _both(system.mirrored(), -Omega, tuple(-end for end in band_of(scene)[::-1]))
         return tuple(event and replace(event, frequency=-event.frequency) for event in events)
-    return _both(system, Omega, _band(scene))
+    return _both(system, Omega, band_of(scene))
 
 
 def _both(system: System, Omega: float, band):
@@ -75,7 +75,7 @@ def _both(system: System, Omega: float, band):
     return min(known, key=lambda event: event.value, default=None), lasts
 
 
-def _band(scene):
+def band_of(scene):
     """Lowest and highest frequency, rad/s, of whirls that the bodies of a scene hold for."""
     bands = [getattr(body, "band", (-np.inf, np.inf)) for body in (scene.rotor, scene.stator)]
     return tuple(TWO_PI * choose(ends) for choose, ends in zip((max, min), zip(*bands, strict=True), strict=True))

@@ -3,9 +3,11 @@
 import math
 
 from rsc.errors import one_line
+from rsc.measure.kinds import HARMFUL
 from rsc.show.words.verdict import beyond_text
 from rsc.show.words.wording import amount, frequency_text, motion_name
 
+RUNS_AWAY = "a motion that is large enough still runs away, since friction is one-sided without a contact diameter"
 DRY = 0.05  # friction of about the slipperiest surfaces without a lubricating film
 
 
@@ -25,7 +27,7 @@ def remedies_text(remedies, title=""):
         lines.append(f"  {_changed(own)}; remains: {kept}; severity {own.severity}")
     lines += ["does not help, even changed as far as here:"] if remedies.others else []
     for own in remedies.others:
-        kept = ", ".join(map(_motion, own.remains))
+        kept = ", ".join(_motion(motion) for motion in own.remains if motion.motion in HARMFUL) or (own.remains and RUNS_AWAY)
         lines.append(f"  {_changed(own)}: {kept}" if kept else f"  {own.words}: no change of it could be simulated")
     if remedies.interrupted:
         lines.append("remark: interrupted; other values were not examined")

@@ -8,13 +8,15 @@ from math import tau as TWO_PI
 
 import numpy as np
 
+from rsc.analysis.follow.escape import escapes
+from rsc.analysis.follow.least_friction import band_of
 from rsc.analysis.paper.predict import predict_system
 from rsc.analysis.paper.rolling import rolling_whirls
 from rsc.analysis.several.predict import predict_several
 from rsc.arguments import FUNCTION, IMPULSE, SCENE, SPEED, WHOLE, optional, takes
 from rsc.errors import RscError, SceneError
 from rsc.measure.catalogue import LastingMotion, Motions
-from rsc.measure.kinds import BACKWARD, Kind
+from rsc.measure.kinds import HARMFUL
 from rsc.measure.severity import verdict_of
 from rsc.presented import Brief
 from rsc.scene.scene import Scene
@@ -25,7 +27,6 @@ from rsc.study.motions.settle import End, shown
 from rsc.study.motions.shaft_levers import is_of, shown_name
 from rsc.system.assemble import assemble
 
-HARMFUL = (*BACKWARD, Kind.RUNNING_AWAY)
 # what is changed: table, key, whether it may grow, whether it may shrink
 LEVERS = (
     ("contact", "friction", False, True), ("contact", "gap", True, True),
@@ -51,7 +52,7 @@ class Remedy(Brief):
 
     name : str, of a value, or of a list whose entries all change by the factor; value : float in SI (Hz), NaN of a list
     factor : float, by which it is changed; of what does not help the furthest that was simulated, 1 where none could be
-    helps : bool, whether the list at the changed value has no backward motion that lasts
+    helps : bool, whether the list at the changed value has no backward motion that lasts, and none is predicted to run away
     remains : tuple of LastingMotion, of that list, or the backward ones that last nevertheless
     predicted : float, factor from which on no backward whirl is predicted to last; NaN where none up to ten times is
     severity : str, one of `rsc.measure.severity.Severity`, of that list; "" of what does not help
@@ -134,10 +135,10 @@ def remedy(
     """Find changes of single values that leave no backward motion which lasts.
 
     Friction, gaps, damping of rotor and stator, mass and stiffness of the stator, unbalance and the rotor speed are changed one
-    by one, up to ten times or down to a tenth (friction to a fiftieth, the speed to twice or a third). Along each the predictions
-    tell from where on no backward whirl lasts; there, and further on where that does not do, the motions that last are looked for
-    anew (`rsc.motions`), and first whether a run that begins in the whirl of the machine as it is still ends in one. Only what
-    these simulations confirm is called a remedy.
+    by one, up to ten times or down to a tenth (friction to a fiftieth, the speed to twice or a third). Along each the
+    predictions tell from where on no backward whirl lasts, and none runs away; there, and further on where that does not do, the
+    motions that last are looked for anew (`rsc.motions`), and first whether a run that begins in the whirl of the machine as it
+    is still ends in one. Only what these simulations confirm is called a remedy.
 
     Parameters
     ----------
@@ -317,7 +318,7 @@ class _Remedying:
 
     def _left(self, lever: _Lever, factor: float, states: Sequence[End]) -> tuple[str, tuple[LastingMotion, ...]]:
         """The severity of a change that leaves no backward motion, else "", and what lasts then: all of it, or else the backward
-        motions; nothing where such a scene cannot be or after a Ctrl-C."""
+        motions, if there are any; nothing where such a scene cannot be or after a Ctrl-C."""
         try:
             scene, speed = lever.applied(self._scene, self._speed, factor)
             search = self._search(scene, speed)
@@ -329,7 +330,9 @@ class _Remedying:
         harmful = tuple(harmful_of(listed)) or goes_on
         if self._interrupted:
             return "", ()
-        return ("", harmful) if harmful else (_severity_of(listed), tuple(listed.motions))
+        if harmful or _runs_away(scene, speed):  # a list of a few impacts need not have one that is large enough
+            return "", harmful or tuple(listed.motions)
+        return _severity_of(listed), tuple(listed.motions)
 
     @staticmethod
     def _going_on(search: Search, states: Sequence[End]) -> tuple[LastingMotion, ...]:
@@ -373,8 +376,16 @@ def with_remedy(scene: Scene, speed: float, own: Remedy) -> tuple[Scene, float]:
     return lever.applied(scene, speed, own.factor)
 
 
+def _runs_away(scene: Scene, speed: float) -> bool:
+    """Whether a large enough backward motion at the only contact runs away (`rsc.analysis.follow.escape`)."""
+    system = assemble(scene)
+    return len(system.contacts) == 1 and bool(escapes(system, TWO_PI * speed, band_of(scene)))
+
+
 def _lasting(scene: Scene, speed: float) -> bool:
-    """Whether a backward whirl is predicted to last, one that slides or one that rolls."""
+    """Whether a backward whirl is predicted to last, one that slides or one that rolls, or a large enough motion to run away."""
+    if _runs_away(scene, speed):
+        return True
     system = assemble(scene)
     several = len(system.contacts) > 1
     whirls = predict_several(system, speed) if several else predict_system(system, speed)
