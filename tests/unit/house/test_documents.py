@@ -111,7 +111,7 @@ def test_the_install_block_of_the_tutorial_leads_to_a_page(tmp_path):
     for name in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, sources)
     shutil.copytree(ROOT / "src" / "rsc", sources / "src" / "rsc", ignore=shutil.ignore_patterns("__pycache__"))
-    (block,) = [text for kind, text in BLOCK.findall(PAGES[1].read_text(encoding="utf-8")) if kind == "sh"]
+    (block,) = [text for kind, text in BLOCK.findall((USERS / "tutorial.md").read_text(encoding="utf-8")) if kind == "sh"]
     script = f"set -e\n{block}\nmkdir work; cd work\nrsc new laval > scene.toml\nrsc check scene.toml\n"
     environment = {name: value for name, value in os.environ.items() if name not in ("PYTHONPATH", "VIRTUAL_ENV")}
     done = subprocess.run(["bash", "-c", script], cwd=sources, env=environment, capture_output=True, text=True, timeout=600)
