@@ -14,7 +14,7 @@ from pathlib import Path
 
 from rsc.scene.bodies.drawn import DISK, KINDS, SECTION, SLEEVE, DrawnReader
 from rsc.scene.bodies.models import ROTORS, STATORS
-from rsc.scene.bodies.part_list import BearingRowReader, PartReader
+from rsc.scene.bodies.part_list import BearingRowReader, ShaftPartReader
 from rsc.scene.bodies.reduced import Reduction
 from rsc.scene.bodies.shaft_keys import MaterialKeys, ShaftRotor
 from rsc.scene.bodies.states import MagneticBearing, States
@@ -140,7 +140,7 @@ def _(reader: DrawnReader):
 
 
 @form.register
-def _(reader: PartReader):
+def _(reader: ShaftPartReader):
     numbers = [form(Number(dimension, low=0.0)) for dimension in ("length", "mass", "inertia", "inertia")]
     return _places([form(Choice((SECTION, SLEEVE, DISK))), {"type": "string"}, *numbers])
 

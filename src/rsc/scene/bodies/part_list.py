@@ -11,7 +11,7 @@ from rsc.scene.keys.readers import Choice, Number, as_list
 _COEFFICIENTS = 8
 
 
-class Part(NamedTuple):
+class ShaftPart(NamedTuple):
     """A section, sleeve or disk: place of its centre of mass in m from the left end, mass in kg, moments of inertia in kg m^2
     about the axis and about a diameter through that centre."""
 
@@ -34,17 +34,17 @@ class BearingRow(NamedTuple):
 
 
 @dataclass(frozen=True)
-class PartReader:
-    """A `Part` as a list of its fields."""
+class ShaftPartReader:
+    """A `ShaftPart` as a list of its fields."""
 
     wanted = "[kind, name, place in m, mass in kg, polar and diametral moment of inertia in kg m^2]"
 
-    def read(self, table: RawTable, key: str, raw: Any) -> Part:
+    def read(self, table: RawTable, key: str, raw: Any) -> ShaftPart:
         """The part."""
-        fields = _listed(table, key, raw, len(Part._fields), self.wanted)
+        fields = _listed(table, key, raw, len(ShaftPart._fields), self.wanted)
         kind = Choice((SECTION, SLEEVE, DISK)).read(table, f"{key}[0]", fields[0])
         numbers = _numbers(table, key, 2, fields[2:], ("length", "mass", "inertia", "inertia"), low=0.0)
-        return Part(kind, _name(table, f"{key}[1]", fields[1]), *numbers)
+        return ShaftPart(kind, _name(table, f"{key}[1]", fields[1]), *numbers)
 
 
 @dataclass(frozen=True)
@@ -94,11 +94,11 @@ def part_list(shaft: Any) -> dict[str, Any]:
     """Keys of the reduced rotor of a `rsc.machine.shaft.parts.Shaft`: `parts` and `bearing_rows`."""
     n_sections = len(shaft.sections)
     pieces = [
-        Part(SECTION if i < n_sections else SLEEVE, one_line(one.section.name), one.start + one.section.centre, one.section.mass,
-             *one.section.inertias)
+        ShaftPart(SECTION if i < n_sections else SLEEVE, one_line(one.section.name), one.start + one.section.centre,
+                  one.section.mass, *one.section.inertias)
         for i, one in enumerate(shaft.placed)
     ]  # fmt: skip
-    disks = [Part(DISK, one_line(d.name), d.place, d.mass, d.polar_inertia, d.diametral_inertia) for d in shaft.disks]
+    disks = [ShaftPart(DISK, one_line(d.name), d.place, d.mass, d.polar_inertia, d.diametral_inertia) for d in shaft.disks]
     rows = [
         [one_line(one.name), one.place, float(speed), [float(value) for value in eight]]
         for one in shaft.supports

@@ -17,7 +17,7 @@ from rsc.scene.bodies.controls import BEARINGS_MEANING, MACHINE_BEARINGS, STATES
 from rsc.scene.bodies.controls import STATES as PLACED
 from rsc.scene.bodies.drawn import DrawnReader
 from rsc.scene.bodies.off import OFF
-from rsc.scene.bodies.part_list import BearingRowReader, PartReader, mirrored_rows
+from rsc.scene.bodies.part_list import BearingRowReader, ShaftPartReader, mirrored_rows
 from rsc.scene.bodies.states import HasStates, MagneticBearing
 from rsc.scene.files.matrix_files import MatrixReader, is_definite, refuse_asymmetric
 from rsc.scene.keys import mirror
@@ -295,7 +295,7 @@ class ReducedRotor(HasStates, _Reduced, RotorModel):
     node_rows: tuple | None = declare(
         Sequence(Sequence(Number("dimensionless"))), None, meaning="Rows that give the displacement of every one of `nodes`."
     )
-    parts: tuple | None = declare(Sequence(PartReader()), None, meaning="Mass and moments of inertia of the parts of a shaft.")
+    parts: tuple | None = declare(Sequence(ShaftPartReader()), None, meaning="Masses and moments of inertia of a shaft.")
     bearing_rows: tuple | None = declare(
         Sequence(BearingRowReader()), None, meaning="Coefficients of the bearings of a shaft.", mirror=mirrored_rows
     )
