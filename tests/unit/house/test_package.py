@@ -94,3 +94,12 @@ def test_the_classifiers_name_the_pythons_that_are_supported():
     begin = "Programming Language :: Python :: "
     named = {each.removeprefix(begin) for each in PROJECT["classifiers"] if each.startswith(f"{begin}3.")}
     assert named == {f"3.{minor}" for minor in range(11, 15)} and PROJECT["requires-python"] == ">=3.11"
+
+
+def test_the_conda_recipe_is_of_this_version_and_asks_for_the_same_libraries():
+    recipe = (ROOT / "tools" / "conda" / "meta.yaml").read_text(encoding="utf-8")
+    run = recipe.partition("  run:\n")[2].partition("\n\n")[0].replace("matplotlib-base", "matplotlib")
+    asked = [line.removeprefix("    - ").replace(" ", "") for line in run.splitlines()]
+    assert asked == [f"python{PROJECT['requires-python']}", *PROJECT["dependencies"]]
+    assert f'version: "{PROJECT["version"]}"' in recipe and f"license: {PROJECT['license']}\n" in recipe
+    assert f"- rsc = {PROJECT['scripts']['rsc']}\n" in recipe and all(f"- {name}\n" in recipe for name in LICENSES)
