@@ -29,8 +29,8 @@ SITE = HOME / "site"
 TARGET = ["--platform", "win_amd64", "--python-version", "3.12", "--only-binary=:all:"]
 WHEELS = [
     "numba", "numpy", "scipy", "matplotlib", "h5py", "pint", "tqdm", "threadpoolctl", "xarray", "h5netcdf", "pyuff", "npTDMS",
-    "pytest", "pytest-benchmark", "hypothesis", "jsonschema", "mpmath", "tzdata", "colorama",
-]  # fmt: skip
+    "pytest", "pytest-benchmark", "hypothesis", "jsonschema<4.18", "mpmath", "tzdata", "colorama",
+]  # fmt: skip; later releases of jsonschema need a library in Rust that Wine does not load
 COMMANDS = [
     "--version", "new laval -o laval.toml", "new pump -o pump.toml", "predict laval.toml --speed 50", "modes pump.toml",
     "motions laval.toml --speed 50", "run laval.toml", "info laval.h5", "verify laval.h5", "check laval.toml", "plot laval.h5",

@@ -17,6 +17,7 @@ from rsc.errors import SceneError
 from rsc.scene.files.templates import template
 from rsc.scene.reading import all_keys
 from rsc.scene.scene import Scene, load_scene
+from system_words import MISSING
 
 LAVAL = {
     "title": "base",
@@ -336,7 +337,7 @@ def test_duplicate_key_says_so(tmp_path):
 
 
 def test_missing_file_folder_and_odd_names_are_refused(tmp_path):
-    assert "no such file" in refusal(lambda: load_scene(tmp_path / "missing.toml"))[1]
+    assert MISSING in refusal(lambda: load_scene(tmp_path / "missing.toml"))[1]
     assert "directory" in refusal(lambda: load_scene(tmp_path))[1]
     assert "null" in refusal(lambda: load_scene("a\0b.toml"))[1]
     refusal(lambda: load_scene(tmp_path / "a\nb.toml"))

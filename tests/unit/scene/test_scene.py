@@ -21,6 +21,7 @@ from rsc.scene.files.templates import MODELS, STARTS, template
 from rsc.scene.keys.readers import Polar
 from rsc.scene.scene import Scene, load_scene
 from rsc.system.assemble import assemble
+from system_words import MISSING
 from systems import quantities
 
 
@@ -284,7 +285,7 @@ class TestMatrixFiles:
             ("complex.mtx", b"%%MatrixMarket matrix array complex general\n1 1\n1 2\n", "real"),
             ("huge.mtx", b"%%MatrixMarket matrix array real general\n1000000000 1000000000\n1\n", "its size is"),
             ("mass.txt", b"1 2", ".npz"),
-            ("missing.npz", None, "no such file"),
+            ("missing.npz", None, MISSING),
             (".", None, ".npz"),
         ],
     )
