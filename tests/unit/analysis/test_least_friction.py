@@ -107,7 +107,7 @@ def test_whirls_outside_the_band_of_a_reduced_machine_do_not_count(monkeypatch):
     scene = reference_scene("laval")
     whole = whirl_min(scene, 50.0)
     for low, cause in ((-500.0, FOLD), (0.99 * whole.frequency, LIMIT), (-40.0, LIMIT)):
-        monkeypatch.setattr("rsc.analysis.follow.least_friction._band", lambda scene, low=low: (TWO_PI * low, TWO_PI * 250.0))
+        monkeypatch.setattr("rsc.analysis.follow.least_friction.band_of", lambda scene, low=low: (TWO_PI * low, TWO_PI * 250.0))
         least = whirl_min(scene, 50.0)
         assert least.cause == cause and least.frequency >= low * (1.0 + 1e-9)
         assert least.value > whole.value or cause == FOLD
