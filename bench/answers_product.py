@@ -9,8 +9,8 @@ by samples of the third engine (third_engine.py) from the same start: by the tex
 product_measured.py), and what is said of lists by runs from the states in which the motions stood, after the impacts and under
 the torque (product_lists.py). A kind of line is a pattern of KINDS; the table counts how many sayings of it were judged, false,
 and could not be judged, since runs of the third engine from beside the start do not agree or the witness does not know it. What
-no scene reached stands at the end. --write: results/answers_product.md, anew after every four scenes. The lists of some are
-made with impacts of half of what just touches ("weak impacts"), of which no safety follows. Scenes with a false line are saved
+no scene reached stands at the end. --write: results/answers_product.md, anew after every four scenes. Some lists use impacts half
+as large as one that just touches ("weak impacts"), which prove no safety. Scenes with a false line are saved
 under out/answers/. Exit code 1 if a line is false.
 """
 

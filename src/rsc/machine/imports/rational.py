@@ -38,7 +38,7 @@ class SupportStates:
 
     stiffness, damping : float, k in N/m and c >= 0 in N s/m
     matrix : (p, p) Az, 1/s; displacement, velocity : (p,) Bz and Bv; force : (p,) Lz
-    error : float, largest |D - D of the table| over |D|, of which at least a hundredth of the largest counts
+    error : float, largest |D - D of the table| over |D|, where |D| counts as at least a hundredth of its largest value
     low, high : float Hz, of the table: beyond it nothing is known
     driving : float Hz or None, where the fit has the most negative damping although the table has none
     """
@@ -62,8 +62,8 @@ class SupportStates:
         return np.asarray(self.stiffness + s * self.damping - z @ self.force)
 
     def states(self, coordinate: int = 0, n_coordinates: int = 1) -> dict[str, Any]:
-        """The table `states` of a body with several coordinates, of which one is that of the support; its stiffness and damping
-        are not in it."""
+        """The table `states` of a body with `n_coordinates`, with the support at `coordinate`; stiffness and damping are given
+        separately."""
         at = np.eye(n_coordinates)[coordinate]
         driven = {name: np.outer(getattr(self, name), at).tolist() for name in ("displacement", "velocity")}
         return {"matrix": self.matrix.tolist(), **driven, "force": np.outer(at, self.force).tolist()}

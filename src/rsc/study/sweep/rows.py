@@ -128,7 +128,7 @@ COLUMNS: dict[str, dict[str, Column]] = {
         "lasting_whirl_force": Column("f", "N", "its largest normal force, at any contact"),
         "lasting_whirl_share": Column("f", "1", "share of the random impacts that start a whirl, whichever it is"),
         "lasting_whirl_impulse": Column("f", "N s", "smallest of the random impacts that start a whirl"),
-        "lasting_severity": Column("c", "", "severity of what impacts start and of what lasts there, as `rsc motions` tells it"),
+        "lasting_severity": Column("c", "", "severity of the motions that last at this speed, as in `rsc motions`"),
         "n_motions": Column("i", "1", "motions that last"),
         "n_unsettled": Column("i", "1", "random impacts after which nothing had settled"),
     },
