@@ -13,9 +13,10 @@ from problems import RATE, displacements
 from rsc.kernel import model as kernel
 from rsc.kernel.march import march
 from rsc.kernel.tableau import METHODS
-from rsc.simulation.pack import first_step, pack
+from rsc.simulation.pack import pack
 from rsc.simulation.run import new_work
 from rsc.simulation.stretches import room_for
+from rsc.simulation.tolerances import first_step
 from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
 

@@ -51,7 +51,7 @@ class Summary:
     status: Status
     advice: str  # one sentence; empty for a finished run that nothing slowed down
     end_time: float  # s reached
-    rtol: float  # as used: solver.rtol, or less where that would not resolve the contact (`rsc.simulation.pack`)
+    rtol: float  # as used: solver.rtol, or less where that would not resolve the contact (`rsc.simulation.tolerances`)
     steps: int
     rejected: int
     rhs_calls: int

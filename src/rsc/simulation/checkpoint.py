@@ -11,7 +11,7 @@ from rsc.kernel import facts
 from rsc.kernel import model as kernel
 from rsc.kernel.contact import BACKWARD, CLIPPED, FORWARD
 from rsc.kernel.flight import DOUBTFUL
-from rsc.simulation.pack import first_step
+from rsc.simulation.tolerances import first_step
 
 LARGEST_COUNT = 2**62
 RUNNING = (kernel.RUNNING, kernel.BUFFER_FULL)

@@ -1,60 +1,39 @@
 """System -> kernel Model: real modes of rotor and stator separately, scaled to metres, and packed arrays.
 
 In real modes the stiffness is diagonal, and so is modal or Rayleigh damping; only what remains full (other damping, gyroscopics)
-needs the kernel's matrices. The modes of each body are normalised to the mass of its contact coordinate, so that every coordinate
-of the kernel is a length and one absolute tolerance, rtol times the gap, fits all. With skew or anisotropic springs, whose work
-the ledger books together with that of the unbalance using the rotor's mass, the stator's modes are normalised to that mass as
-well and its tolerances scaled. The modes are refined in extended precision, where available, and rounded once at the end: errors
-of the eigensolver, relative to the highest frequency, would otherwise perturb the low modes by much more than rounding.
+needs the kernel's matrices. Every coordinate of the kernel is a length, so that one absolute tolerance, rtol times the gap, fits
+all. With skew or anisotropic springs, whose work the ledger books together with that of the unbalance using the rotor's mass, the
+stator's modes are normalised to that mass as well and its tolerances scaled.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy
 
 from rsc.errors import SolverError
 from rsc.kernel import model as kernel
 from rsc.kernel import springs
 from rsc.kernel.contact import Surfaces
 from rsc.kernel.tableau import METHODS, table_of
+from rsc.simulation.columns import damping_of, directed_columns, rotor_columns, same_all_round
 from rsc.simulation.driven import with_drive
 from rsc.simulation.flight import with_flight
-from rsc.simulation.following import additions, changes, corners, lines_between, of_bearings, reference
-from rsc.simulation.lines import longer, on_lines
+from rsc.simulation.following import changes, corners, reference
+from rsc.simulation.lines import longer
 from rsc.simulation.races import with_races
+from rsc.simulation.real_modes import RealModes, modes_of, with_mass
 from rsc.simulation.shapes import times
 from rsc.simulation.sliding import signed
-from rsc.simulation.states import stiffness_at, with_states
+from rsc.simulation.states import with_states
 from rsc.simulation.stiffness import fastest, resolved_angle
 from rsc.simulation.stretches import stretch_length
+from rsc.simulation.tolerances import quarter_period, rotor_reference, rtol_of, switch_tol_of
 from rsc.system.system import ContactLaw
 
 # kind of spring for each class of contact law
 SPRINGS = {ContactLaw: springs.Linear}
-# off-diagonal entries below this fraction of the diagonal are rounding, not physics
-ROUNDING = 1e-12
-# corrections of modes, each of which squares the error, and the largest entry of a valid correction
-REFINEMENTS, LARGE_TURN = 2, 1e-3
 # fraction of the contact frequency: lower bound for a rotor on hardly any support, so that velocities have a tolerance
 SLOWEST = 1e-4
-# rad/s, from which the natural frequency of a rotor in a magnetic bearing is looked for, in this many looks
-FASTEST, LOOKS = 1e4, 6
-
-
-@dataclass(frozen=True)
-class RealModes:
-    """Real modes of one body: r = shape @ x, every x a length; x = inverse @ r."""
-
-    shape: np.ndarray  # (n, n)
-    inverse: np.ndarray  # (n, n)
-    stiffness: np.ndarray  # (n,) omega^2, 1/s^2
-    reference_mass: float  # kg
-
-    def rounded(self):
-        """These modes in double precision."""
-        parts = (np.asarray(part, dtype=float) for part in (self.shape, self.inverse, self.stiffness))
-        return RealModes(*parts, self.reference_mass)
 
 
 @dataclass(frozen=True)
@@ -166,24 +145,24 @@ def _packed(full, solver, sample_rate):
     system = reference(full)
     name = method_of(solver)
     method = _stages(name)
-    rotor = _modes(system.rotor.mass, _mechanical(system.rotor), system.contacts[0].rotor)
-    stator = _modes(system.stator.mass, _mechanical(system.stator), system.contacts[0].stator)
+    rotor = modes_of(system.rotor.mass, _mechanical(system.rotor), system.contacts[0].rotor)
+    stator = modes_of(system.stator.mass, _mechanical(system.stator), system.contacts[0].stator)
     share = np.ones(system.n_rotor + system.n_stator)
     by_component = changes(full) or any(body.directed for body in system.bodies)
     if by_component:
         share[system.n_rotor :] = stator.reference_mass / rotor.reference_mass
-        stator = _with_mass(stator, rotor.reference_mass)
+        stator = with_mass(stator, rotor.reference_mass)
     gap = min(contact.gap for contact in system.contacts)
     omega = np.sqrt(np.maximum(np.concatenate([rotor.stiffness, stator.stiffness]), 0.0))  # rigid-body modes: rounding
-    diagonal, columns = _damping(system, rotor, stator, by_component)
+    diagonal, columns = damping_of(system, rotor, stator, by_component)
     forces = np.array([system.rotor.unbalance, system.rotor.unbalance_euler - system.rotor.unbalance, system.rotor.load])
     unbalance, euler, load = _rotor_pairs(forces, rotor, system.n_stator)
     mass = np.repeat([rotor.reference_mass, stator.reference_mass], [system.n_rotor, system.n_stator])
     contacts = tuple(_contact_data(contact, rotor, stator, mass, (name, system.sense)) for contact in system.contacts)
     omega_contact = max(_frequency(contact, mass) for contact in contacts)
     omega_ref = max(np.sqrt(rotor_reference(system)), SLOWEST * omega_contact)
-    rtol = _rtol(system, omega_ref, solver.rtol, omega_contact)
-    h_max = float(_quarter_period(system, omega_ref))
+    rtol = rtol_of(system, omega_ref, solver.rtol, omega_contact)
+    h_max = float(quarter_period(system, omega_ref))
     model = kernel.Model(
         stiffness=_twice(-np.concatenate([rotor.stiffness, stator.stiffness])),
         damping=_twice(-diagonal),
@@ -193,9 +172,9 @@ def _packed(full, solver, sample_rate):
         weight=_twice(mass),
         scale_x=_twice(gap**2 * share),
         scale_v=_twice((gap * np.maximum(omega, omega_ref)) ** 2 * share),
-        gyroscopic_columns=_on_rotor(system, system.rotor.gyroscopic, rotor),
-        rotating_columns=_on_rotor(system, system.rotor.rotating_damping, rotor),
-        **_directed_columns(full, system, columns, rotor, stator) if by_component else _same_all_round(columns),
+        gyroscopic_columns=rotor_columns(system, system.rotor.gyroscopic, rotor),
+        rotating_columns=rotor_columns(system, system.rotor.rotating_damping, rotor),
+        **directed_columns(full, system, columns, rotor, stator) if by_component else same_all_round(columns),
         contacts=contacts,
         drive=(),
         flight=(),
@@ -204,7 +183,7 @@ def _packed(full, solver, sample_rate):
         watched_gaps=np.array([clearance.gap for clearance in system.clearances]) if system.clearances else (),
         **_corners(full),
         rtol=rtol,
-        switch_tol=_switch_tol(rtol),
+        switch_tol=switch_tol_of(rtol),
         h_max=h_max,
         stable_open=0.0,
         stable_closing=0.0,
@@ -292,157 +271,6 @@ def method_of(solver):
     return "taylor8" if solver.method == "auto" else solver.method
 
 
-def _rtol(system, omega, rtol, omega_contact):
-    """The requested tolerance, or a tighter one that resolves the contact; omega in rad/s is the frequency of `rotor_reference`,
-    omega_contact that of the closed contact.
-
-    Velocities may have errors of rtol gap omega. With a contact frequency omega_c these are small compared with the penetration
-    of a whirl, gap (omega/omega_c)^2, only if rtol << omega/omega_c: beyond, the contact chatters and its force is noise
-    (maps.csv). Friction that reverses within a slip range is resolved only if rtol gap omega << slip_velocity: beyond, sticking
-    is a noise of full friction forces, and a run can be off by a thousand times its tolerance (dozen.csv, S8).
-    """
-    rtol = min(rtol, 0.03 * omega / omega_contact)
-    for contact in system.contacts:
-        if contact.law.diameter is not None:
-            fastest = omega
-            if system.n_stator:
-                c = int(contact.stator.argmax())
-                fastest = max(omega, np.sqrt(abs(system.stator.stiffness[c, c]) / system.stator.mass[c, c]))
-            rtol = min(rtol, 0.01 * contact.law.slip_velocity / (contact.gap * fastest))
-    return float(max(rtol, 1e-13))
-
-
-def _switch_tol(rtol):
-    """Allowed overshoot of a switch at the end of a step, in the error norm: a tenth of rtol at 1e-4, a hundredth at 1e-6.
-
-    A tighter bound costs repeated steps if steps are long, hardly any if they are short. Meeting switches late gives the contact
-    small impulses, always to the same side, which shows in how long a run-up stays on an unstable whirl
-    (tests/literature/test_reference_runs.py).
-    """
-    return float(max(rtol * min(0.1, 10.0 * np.sqrt(rtol)), 2.0**-52))
-
-
-def rotor_reference(system):
-    """Squared natural frequency, (rad/s)^2, of the rotor's contact coordinate with all others fixed; the largest of several."""
-    places = [int(contact.rotor.argmax()) for contact in system.contacts]
-    return max(_squared(system.rotor, c) for c in places)
-
-
-def _squared(body, c):
-    """Squared natural frequency of coordinate c alone, from above with the stiffness of first-order states."""
-    square = abs(body.stiffness[c, c]) / body.mass[c, c]
-    if body.n_states:
-        square = FASTEST**2
-        for _ in range(LOOKS):
-            square = abs(body.stiffness[c, c] + stiffness_at(body, np.sqrt(square))[c, c]) / body.mass[c, c]
-    return square
-
-
-def first_step(packed):
-    """Length of the first attempted step, s: safe for the fastest mode with the stiffest contact closed."""
-    m = packed.model
-    contact = max(
-        springs.limit(data.surfaces.spring) * float(np.abs(data.force_row[::2] * data.contact_row[::2]).sum()) for data in
-        m.contacts
-    )
-    omega2 = float(np.abs(m.stiffness).max()) + contact
-    return min(0.1 * m.rtol**0.2 / np.sqrt(omega2), m.h_max)
-
-
-def _quarter_period(system, omega_ref):
-    """Longest step in s: a quarter turn, up to which rotations of the stages are accurate (`turn.turned`)."""
-    return 0.5 * np.pi / max(omega_ref, system.fastest)
-
-
-def _modes(mass, stiffness, contact):
-    """Modes of one body, normalised to the reference mass; diagonal matrices keep their coordinates."""
-    n = mass.shape[0]
-    if n == 0:
-        return RealModes(np.zeros((0, 0)), np.zeros((0, 0)), np.zeros(0), 1.0)
-    if n == 1:  # the usual case in ensembles of small scenes
-        return RealModes(np.ones((1, 1)), np.ones((1, 1)), stiffness[0] / mass[0], float(mass[0, 0]))
-    c = int(contact.argmax())
-    reference = float(mass[c, c])
-    relative = mass / reference
-    if _is_diagonal(mass) and _is_diagonal(stiffness):
-        shape = np.diag(1.0 / np.sqrt(relative.diagonal()))
-        omega2 = stiffness.diagonal() / mass.diagonal()
-    else:
-        omega2, shape = _refined(stiffness / reference, relative, scipy.linalg.eigh(stiffness / reference, relative)[1])
-        # the zero of a rigid-body mode is computed as rounding of either sign
-        omega2 = np.where(np.abs(omega2) < ROUNDING * np.abs(omega2).max(), 0.0, omega2)
-    return RealModes(shape, shape.T @ relative, omega2, reference)
-
-
-def _with_mass(modes, mass):
-    """The same modes normalised to another mass in kg."""
-    size = np.sqrt(mass / modes.reference_mass)
-    return RealModes(modes.shape * size, modes.inverse / size, modes.stiffness, mass)
-
-
-def _refined(stiffness, mass, shape):
-    """(omega^2, modes) in extended precision, from modes in double precision.
-
-    With R = 1 - X^T M X and S = X^T K X the correction X E, E_ij = (S_ij + w_j R_ij)/(w_j - w_i), E_ii = R_ii/2, squares the
-    error (Ogita and Aishima 2018). For modes so close that E_ij would be large any linear combination is as good: they are only
-    made orthogonal, by E_ij = R_ij/2.
-    """
-    stiffness, mass, shape = (matrix.astype(np.longdouble) for matrix in (stiffness, mass, shape))
-    for _ in range(REFINEMENTS):
-        missing = np.eye(len(mass)) - shape.T @ mass @ shape
-        energy = shape.T @ stiffness @ shape
-        omega2 = energy.diagonal() / (1.0 - missing.diagonal())
-        with np.errstate(divide="ignore", invalid="ignore"):
-            turn = (energy + omega2 * missing) / (omega2 - omega2[:, None])
-        small = np.abs(turn) < LARGE_TURN  # false on the diagonal, which is infinite or NaN
-        shape = shape + shape @ np.where(small, turn, 0.5 * missing)
-    return omega2, shape
-
-
-def _is_diagonal(matrix):
-    return np.count_nonzero(matrix) == np.count_nonzero(matrix.diagonal())
-
-
-def _damping(system, rotor, stator, by_component):
-    """Diagonal (n,) and columns of the rest of M^-1 B in modes, including skew and anisotropic damping."""
-    full = _block_diagonal(
-        rotor.shape.T @ system.rotor.damping @ rotor.shape / rotor.reference_mass,
-        stator.shape.T @ system.stator.damping @ stator.shape / stator.reference_mass,
-    )
-    diagonal = full.diagonal().copy()
-    np.fill_diagonal(full, 0.0)
-    if full.any():
-        size = np.sqrt(np.abs(diagonal[:, None] * diagonal))
-        full[np.abs(full) <= ROUNDING * np.maximum(size, np.abs(diagonal).max())] = 0.0
-    if by_component:
-        skew, anisotropic = _directed(system, "damping", rotor, stator)
-        columns = _by_component(skew - full, anisotropic)
-        return diagonal, columns if columns.any() else ()
-    return diagonal, _columns(-full)
-
-
-def _directed(system, kind, rotor, stator):
-    """(linear, conjugate), complex (n, n): linear r + conjugate conj(r) is the force per mass in modes due to skew and
-    anisotropic "stiffness", or due to the "damping" for r'."""
-    parts = {}
-    for name in ("skew", "anisotropic"):
-        matrices = [getattr(body, f"{name}_{kind}") for body in system.bodies]
-        parts[name] = scipy.linalg.block_diag(
-            *(
-                np.zeros_like(modes.shape) if matrix is None else modes.shape.T @ matrix @ modes.shape / modes.reference_mass
-                for matrix, modes in zip(matrices, (rotor, stator), strict=True)
-            )
-        )
-    return -1j * parts["skew"], -parts["anisotropic"]
-
-
-def _by_component(linear, conjugate):
-    """The matrix x -> linear x + conjugate conj(x) for `vec.times_components`, (2n, 2n)."""
-    same = np.stack([linear.real + conjugate.real, linear.real - conjugate.real])  # y of y, z of z
-    other = np.stack([conjugate.imag - linear.imag, conjugate.imag + linear.imag])  # y of z, z of y
-    return on_lines(np.concatenate([part.transpose(2, 1, 0).reshape(len(linear), -1) for part in (same, other)]))
-
-
 def _corners(full):
     """The corners of the schedule, including the knots that it passes."""
     time, speed, interval = corners(full)
@@ -451,77 +279,6 @@ def _corners(full):
         "corner_speed": np.array(speed, dtype=float) / (2.0 * np.pi),
         "corner_interval": interval,
     }
-
-
-def _same_all_round(damping):
-    """Matrices of a model without skew and anisotropic stiffness, with this damping."""
-    return {"damping_columns": damping, "stiffness_columns": (), "following_stiffness": (), "following_damping": ()}
-
-
-def _directed_columns(full, system, damping, rotor, stator):
-    """Matrices of a model by component, including speed-dependent ones; system: the `reference` of the full one."""
-    stiffness = _by_component(*_directed(system, "stiffness", rotor, stator))
-    made = _same_all_round(damping) | {"stiffness_columns": stiffness}
-    if not changes(full):
-        return made
-    following = _following(full, system, {"stiffness": stiffness, "damping": damping}, rotor)
-    made |= {"stiffness_columns": (), "following_stiffness": following[0], "following_damping": following[1]}
-    return made | ({"damping_columns": ()} if len(following[1]) else {})
-
-
-def _following(full, system, columns, rotor):
-    """[stiffness, damping] matrices of coefficients that change (`Model`), with the constant ones included; damping () if it is
-    constant. system: the `reference` of the full one, columns: its matrices."""
-    made, more = [], system.n_stator
-    for kind in ("stiffness", "damping"):
-        knots = _each_by_component(additions(full, system.rotor, kind, rotor), more) if len(full.knot_speed) else np.zeros(0)
-        bearings = _each_by_component(of_bearings(full, kind, rotor), more) if full.switched else np.zeros(0)
-        if kind == "damping" and not (knots.any() or bearings.any()):
-            made.append(())
-            continue
-        constant = columns[kind] if len(columns[kind]) else 0.0
-        width = 2 * (system.n_rotor + more)
-        if len(knots):
-            lines = lines_between(full.knot_speed, knots + constant)
-        else:
-            lines = np.zeros((1, 2, width, width))
-            lines[0, 0] += constant
-        for part in bearings[::-1]:  # those that are switched off later are still there
-            earlier = lines[: len(full.knot_speed) + 1].copy()
-            earlier[:, 0] += part
-            lines = np.concatenate([earlier, lines])
-        made.append(on_lines(lines.reshape(-1, lines.shape[-1])).reshape(lines.shape))
-    return made
-
-
-def _each_by_component(parts, more):
-    """`_by_component` of pairs of matrices (k, N, N), with `more` coordinates of the stator."""
-    pads = ((0, 0), (0, more), (0, more))
-    return np.array([_by_component(*pair) for pair in zip(*(np.pad(part, pads) for part in parts), strict=True)])
-
-
-def _on_rotor(system, matrix, rotor):
-    """Columns of a rotor matrix per mass, in modes; () if zero or None."""
-    if matrix is None or not matrix.any():
-        return ()
-    matrix = rotor.shape.T @ matrix @ rotor.shape / rotor.reference_mass
-    return _columns(_block_diagonal(matrix, np.zeros_like(system.stator.mass)))
-
-
-def _block_diagonal(first, second):
-    """Two square matrices along the diagonal; SciPy's function takes ten times as long, noticeable in ensembles of small
-    scenes."""
-    n, m = first.shape[0], second.shape[0]
-    matrix = np.zeros((n + m, n + m))
-    matrix[:n, :n], matrix[n:, n:] = first, second
-    return matrix
-
-
-def _columns(matrix):
-    """Columns with every entry twice, (n, 2n); () for a zero matrix."""
-    if not matrix.any():
-        return ()
-    return on_lines(matrix.T.repeat(2, axis=1))
 
 
 def _twice(values):

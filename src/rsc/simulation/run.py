@@ -21,10 +21,11 @@ from rsc.results.result_format import OF_CONTACT
 from rsc.results.summary import Ledger, Status, Summary
 from rsc.simulation import driven, races
 from rsc.simulation.checkpoint import work_of
-from rsc.simulation.pack import first_step, pack_all
+from rsc.simulation.pack import pack_all
 from rsc.simulation.sliding import SlidingWatch
 from rsc.simulation.stiffness import limits, spring_matrix
 from rsc.simulation.stretches import begun, facts_of, room_for, running_rows
+from rsc.simulation.tolerances import first_step
 from rsc.system.assemble import assemble
 from rsc.system.blas import product
 

@@ -10,7 +10,7 @@ from rsc.kernel.model import H
 from rsc.kernel.tableau import METHODS
 from rsc.results.trajectory import MemoryBlocks
 from rsc.scene.scene import Scene
-from rsc.simulation.pack import first_step
+from rsc.simulation.tolerances import first_step
 from rsc.study.run.simulate import simulate
 from rsc.study.run.start import initial_state, run_of
 from rsc.system.assemble import assemble
