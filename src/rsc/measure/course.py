@@ -6,7 +6,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from rsc.measure import envelopes, spectra
+from rsc.measure import envelopes, spectra, window_length
 from rsc.measure.features import ContactStrip, RunLike, contact_strip, turned, window_means
 from rsc.measure.kinds import MOST_PARTS, Motion, ProbeKind, motion_between, seen_of
 from rsc.measure.stretches import Stretches, at_contacts
@@ -119,9 +119,9 @@ def windows_of(run: LongRun, window: float | None = None) -> Windows:
     rate, n_time, drive = run.scene.output.rate, run.n_time, run.scene.drive
     window = getattr(run, "window", None) if window is None else window  # a measured run's speed is never smooth
     if window is None:
-        window = spectra.window_duration(steepest(run), (n_time - 1) / rate, rate)
-    n_samples = spectra.window_samples(window, rate, n_time)
-    starts = spectra.window_starts(n_samples, n_time, most=MOST_WINDOWS)
+        window = window_length.window_duration(steepest(run), (n_time - 1) / rate, rate)
+    n_samples = window_length.window_samples(window, rate, n_time)
+    starts = window_length.window_starts(n_samples, n_time, most=MOST_WINDOWS)
     return Windows(n_samples, rate, starts, np.interp((starts + 0.5 * n_samples) / rate, drive.time, drive.speed))
 
 

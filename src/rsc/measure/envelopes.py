@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rsc.arguments import REAL, REALS, SIGNAL, takes
-from rsc.measure.spectra import checked_signal, samples_of_window
+from rsc.measure.window_length import checked_signal, samples_of_window
 from rsc.presented import Brief, drawing
 
 

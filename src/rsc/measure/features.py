@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rsc.arguments import REAL, RUN, TEXT, WHOLE, optional, takes
-from rsc.measure import envelopes, spectra
+from rsc.measure import envelopes, spectra, window_length
 
 
 class RunLike(Protocol):
@@ -97,7 +97,7 @@ def default_window(result: RunLike) -> float:
     drive = getattr(result, "scheduled", result).scene.drive
     steepest = np.abs(np.diff(drive.speed) / np.diff(drive.time)).max()
     time = result.time
-    return spectra.window_duration(float(steepest), float(time[-1] - time[0]), result.scene.output.rate)
+    return window_length.window_duration(float(steepest), float(time[-1] - time[0]), result.scene.output.rate)
 
 
 @dataclass(frozen=True)

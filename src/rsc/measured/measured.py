@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rsc.arguments import PATH, takes
 from rsc.errors import DataError, one_line
-from rsc.measure import spectra
+from rsc.measure import window_length
 from rsc.measured.channel import Channel
 from rsc.measured.clock import CommonClock, Signal, at, clock_of
 from rsc.measured.keys import Channels, read_channels
@@ -83,7 +83,7 @@ class Measured(Brief):
         means = self.speed[: span * count].reshape(count, span).mean(axis=1)
         rate = 1.0 / (self.time[1] - self.time[0])
         steepest = float(np.abs(np.diff(means)).max(initial=0.0)) * rate / span
-        return spectra.window_duration(steepest, float(self.time[-1]), rate)
+        return window_length.window_duration(steepest, float(self.time[-1]), rate)
 
 
 @takes(path=PATH)

@@ -7,9 +7,10 @@ import pytest
 
 from rsc.analysis.follow.branches import branches
 from rsc.measure.changes import transitions
+from rsc.measure.comparison import compare
 from rsc.measure.kinds import Kind
 from rsc.measure.resonances import resonances
-from rsc.measure.verdict import Window, compare
+from rsc.measure.verdict import Window
 from rsc.measure.windows import Best, Features, Rolls, Steady
 from rsc.measure.words import AGREES, DIFFERS, NO_PREDICTION, NO_WHIRL, NOT_RESOLVED, NOT_YET_STEADY, OUTSIDE
 from rsc.show.words.headline import summary

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from rsc.errors import DataError
 from rsc.measure.envelopes import envelope
-from rsc.measure.spectra import MAX_SAMPLES, line_at, spectral_peaks, sweep_loss, waterfall, window_duration
+from rsc.measure.spectra import line_at, spectral_peaks, waterfall
+from rsc.measure.window_length import MAX_SAMPLES, sweep_loss, window_duration
 
 RATE = 2000.0
 SIDES = {"negative": -1, "positive": 1}

@@ -5,7 +5,7 @@ from html import escape
 
 import numpy as np
 
-from rsc.measure import spectra
+from rsc.measure import window_length
 from rsc.measure.stretches import at_contacts
 from rsc.measure.words import TOLERANCES
 from rsc.show.words.answer import least_friction
@@ -103,7 +103,7 @@ def assumptions(report):
         *(_of_simulation(report) if summary else [("runout", _runout(report), "taken off with measured.slow_roll")]),
         (
             "1X lowered as the speed changes within a window",
-            f"{100.0 * spectra.sweep_loss(rate, fall.window):.2g} % of its amplitude",
+            f"{100.0 * window_length.sweep_loss(rate, fall.window):.2g} % of its amplitude",
             f"windows of {fall.window:.3g} s at {rate:.3g} Hz/s",
         ),
     ]

@@ -23,15 +23,16 @@ from rsc.analysis.survey.remarks import body_remarks, damper_warnings, scene_rem
 from rsc.analysis.survey.survey import delays_of
 from rsc.arguments import FLAG, FUNCTION, IMPULSE, PATH, RESULT, SCENE, optional, takes
 from rsc.errors import DataError
-from rsc.measure import spectra
+from rsc.measure import window_length
 from rsc.measure.catalogue import WHIRLING, Motions
 from rsc.measure.changes import transitions
+from rsc.measure.comparison import compare
 from rsc.measure.course import Course, Windows, steepest, windows_of
 from rsc.measure.kinds import Kind
 from rsc.measure.resonances import resonances
 from rsc.measure.several import hardest
 from rsc.measure.stretches import at_contacts
-from rsc.measure.verdict import Window, compare
+from rsc.measure.verdict import Window
 from rsc.measure.windows import LEAST_PERIODS, NEAR, ROLLS_PARTLY, Features, Rolls, Steady, followed
 from rsc.measure.words import SYNCHRONOUS, TOLERANCES
 from rsc.results.budget import foresee_report
@@ -303,7 +304,7 @@ def rolls_of(system: System, features: Features) -> Rolls:
             values[:, i] = (*rolling_motion(system, roll, features.speed[i]), roll.growth_rate)
     ends = np.clip(np.arange(len(rolling))[:, None] + [-1, 1], 0, len(rolling) - 1)
     moves = np.diff(values[0][ends])[:, 0] / np.diff(features.time[ends])[:, 0] if len(rolling) > 1 else np.zeros(1)
-    loss = [spectra.sweep_loss(move, features.window) if move == move else np.nan for move in moves]
+    loss = [window_length.sweep_loss(move, features.window) if move == move else np.nan for move in moves]
     frequency, amplitude, stator_amplitude, synchronous, growth_rate = values
     return Rolls(frequency, amplitude, stator_amplitude, synchronous, growth_rate, np.array(loss))
 
@@ -378,7 +379,7 @@ def _warnings(result: Trajectory, seen: Course) -> list[str]:
     warnings = []
     rate, window = steepest(result), seen.fall.window
     if rate * window**2 > SWEEP_WARNING:
-        loss = 100.0 * spectra.sweep_loss(rate, window)
+        loss = 100.0 * window_length.sweep_loss(rate, window)
         warnings.append(f"the run-up smears a synchronous line over its window: {loss:.0f} % of its amplitude is lost")
     if result.summary.advice:
         warnings.append(result.summary.advice)
