@@ -1,4 +1,4 @@
-"""A run in progress: blocks of samples from the kernel's chunks, energy ledger, status and advice."""
+"""A run in progress: blocks of samples from the kernel's chunks, its checkpoint and its summary."""
 
 import platform
 from dataclasses import dataclass
@@ -12,18 +12,16 @@ import numpy as np
 
 from rsc.compiled.code_cache import fingerprint
 from rsc.kernel import model as kernel
-from rsc.kernel import springs
-from rsc.kernel.contact import CLOSING, OPENING
 from rsc.kernel.facts import BEGIN, END, FINISHED, TIME
 from rsc.kernel.march import march
-from rsc.kernel.tableau import METHODS
 from rsc.results.result_format import OF_CONTACT
-from rsc.results.summary import Ledger, Status, Summary
+from rsc.results.summary import Status, Summary
 from rsc.simulation import driven, races
+from rsc.simulation.advice import advice_of
 from rsc.simulation.checkpoint import work_of
+from rsc.simulation.energies import energy, ledger_of, spring_energy
 from rsc.simulation.pack import pack_all
 from rsc.simulation.sliding import SlidingWatch
-from rsc.simulation.stiffness import limits, spring_matrix
 from rsc.simulation.stretches import begun, facts_of, room_for, running_rows
 from rsc.simulation.tolerances import first_step
 from rsc.system.assemble import assemble
@@ -35,8 +33,6 @@ CHUNK_STEPS = 300_000
 BUFFER_ROWS = 16_384
 # measured: steps in contact are about this many times longer than the cautious first one
 STEP_GROWTH = 200.0
-# fraction of the turnover above which a residual of the energy ledger is reported
-OPEN_LEDGER = 0.01
 
 STATUS = {
     kernel.FINISHED: Status.FINISHED,
@@ -75,7 +71,7 @@ def new_work(packed, start, turns=0.0):
     real[kernel.H], real[kernel.PHASE] = first_step(packed), turns
     put_in = np.zeros_like(x)
     work = kernel.Work(x, v, np.zeros_like(x), put_in, real, count, begun(packed.model, x, v, turns))
-    put_in[0] = -_spring_energy(packed.model, work) / packed.model.weight[0]  # compensates the stored energy in `_ledger`
+    put_in[0] = -spring_energy(packed.model, work) / packed.model.weight[0]  # compensates the stored energy in `ledger_of`
     return work
 
 
@@ -107,7 +103,7 @@ class Run:
 
     def __init__(self, scene, system, packed, start):
         work = new_work(packed, start)
-        self._begin(scene, system, packed, work, _energy(packed, work))
+        self._begin(scene, system, packed, work, energy(packed, work))
         self.sliding, self._code, self.versions = SlidingWatch(system.sense), kernel.RUNNING, versions()
 
     @classmethod
@@ -226,16 +222,6 @@ class Run:
             if code == kernel.BUFFER_FULL and not filled:  # one step holds more samples than the buffer
                 out = np.zeros((self._grown(len(out)), width))
 
-    def _limit(self):
-        """What limits the steps of a stiff run and how to change that; "" if the run is not stiff."""
-        stiff = int(self.work.count[kernel.STIFF]) - 1
-        if stiff < 0:
-            return ""
-        state, sizes = {CLOSING: "closing", OPENING: "opening"}.get(stiff, "open"), (self.system.n_rotor, self.system.n_stator)
-        limit, best = (limits(self.packed.model, sizes, method)[state] for method in (self.packed.method, METHODS["taylor8"]))
-        series = all(springs.ROOMS[type(data.surfaces.spring)].coefficient for data in self.packed.model.contacts)
-        return limit.advice(best.step / limit.step if series else 1.0)
-
     def empty_block(self):
         """A block without samples, which shows names and shapes of all arrays."""
         return self._block(np.zeros((0, self.row_size)), np.zeros((self._forces, 0)), 0)
@@ -288,12 +274,12 @@ class Run:
     def summary(self, status):
         """The Summary of the run so far."""
         count, real = self.work.count, self.work.real
-        ledger = self._ledger()
+        ledger = ledger_of(self.packed, self.work, self.system.n_rotor, self.energy_start)
         if status == Status.FINISHED and self.sliding.lost_at < np.inf:
             status = Status.OUT_OF_ASSUMPTIONS
         return Summary(
             status=status,
-            advice=self._advice(status, ledger),
+            advice=advice_of(self, status, ledger),
             end_time=float(real[kernel.T_HI]),
             rtol=self.packed.model.rtol,
             steps=int(count[kernel.STEPS]),
@@ -309,128 +295,12 @@ class Run:
             versions=self.versions,
         )
 
-    @np.errstate(over="ignore", invalid="ignore")
-    def _ledger(self):
-        model, work = self.packed.model, self.work
-        n = 2 * self.system.n_rotor
-        damped = -model.weight * work.ledger_damping
-        energies = kernel.E_CONTACT, kernel.E_FRICTION, kernel.E_DRIVE
-        lost, fed, ring = (kernel.of_contacts(work.real, i).tolist() for i in energies)
-        energy_in = float((model.weight * work.ledger_input).sum() + sum(ring))
-        turned, followed = (float(model.weight[0] * work.real[i]) for i in (kernel.E_ROTATING, kernel.E_FOLLOWING))
-        energy_in += _spring_energy(model, work) - followed  # booked as input but stored; only the work of skew springs is input
-        friction, contact = sum(fed), sum(lost)
-        change = _energy(self.packed, work) - self.energy_start
-        rotor, stator = float(damped[:n].sum()), float(damped[n:].sum())
-        driven_in = 0.0
-        if model.drive:  # the work of ring, rotating damping and friction (its heat too) comes from the rotation
-            driven_in, braked = (float(work.real[i]) for i in (kernel.E_TORQUE, kernel.E_BRAKED))
-            energy_in, turned, friction = energy_in - sum(ring), 0.0, friction - braked
-        control = float(work.real[kernel.E_CONTROL])
-        fed_in = energy_in + turned + followed + driven_in + control + friction
-        residual = fed_in - rotor - stator - contact - change
-        return Ledger(energy_in, friction, rotor, stator, contact, change, residual, turned, followed, driven_in, control)
-
-    def _where(self):
-        """Current time, speed, deflection and contact of the run, for messages."""
-        model = self.packed.model
-        omega = driven.speed_of(model, self.work.v) if model.drive else self.system.speed_at(self.time)
-        speed = float(omega) / (2.0 * np.pi)
-        rotor = self.scene.contacts[0].of_rotor(self.packed.physical(self.work.x[None, :])[0][0])
-        contact = "in contact" if max(kernel.of_contacts(self.work.count, kernel.NORMAL)) > 0 else "no contact"
-        return f"at {self.time:.6g} s ({speed:.4g} Hz, rotor at {abs(rotor):.3g} m, {contact})"
-
-    def _advice(self, status, ledger):
-        """One sentence on why a run ended and what to change."""
-        limit = self._limit()
-        if status == Status.FINISHED:
-            why = self.packed.grounded
-            grounded = why and f"between contacts the motion is integrated in steps, not in closed form: {why}"
-            return "; ".join(filter(None, (limit, _unclosed(ledger), grounded)))
-        if status == Status.OUT_OF_ASSUMPTIONS:
-            return self.sliding.advice()
-        where, h = self._where(), self.work.real[kernel.H]
-        if status == Status.STIFF:
-            return f"{limit}; stopped {where}, since solver.max_steps such steps cannot reach the end"
-        if status == Status.STOPPED:
-            return f"the rotor has stopped {self._where()}: to keep it turning raise drive.torque at low speeds or lower friction"
-        if status == Status.DIVERGED:
-            return f"the motion diverged {where}: {_what_fed(self.system, ledger, self.sliding)}"
-        if status == Status.STEP_COLLAPSED:
-            return f"the step size fell to {h:.3g} s {where}: loosen solver.rtol or look for a stiffness or mass far out of scale"
-        if status == Status.NON_FINITE:
-            return f"non-finite acceleration {where}: look for values in the scene that overflow"
-        if status == Status.TOO_MANY_STEPS:
-            cause = f" ({limit})" if limit else ""
-            return f"solver.max_steps reached {where}: raise it, shorten the run or loosen solver.rtol{cause}"
-        return f"interrupted {where}; the samples so far are kept"
-
-
-def _unclosed(ledger):
-    """One sentence on a ledger that does not close; "" if it does."""
-    if not abs(ledger.residual) > OPEN_LEDGER * ledger.turnover:
-        return ""
-    share = 100.0 * abs(ledger.residual) / ledger.turnover
-    return (
-        f"the energy ledger does not close: its residual is {share:.2g} % of the turnover, due to noise in fast modes; the "
-        "motion is within its tolerance, the energies are not: use taylor8 or a tighter rtol"
-    )
-
-
-@np.errstate(over="ignore", invalid="ignore")  # a run with status non_finite has infinite energies
-def _energy(packed, work):
-    """Kinetic and elastic energy of rotor, stator and contact spring, J."""
-    m = packed.model
-    lateral = 0.5 * float((m.weight * (work.v**2 - m.stiffness * work.x**2)).sum())
-    turns = work.real[kernel.PHASE]
-    turning = driven.energy(m, work.v, turns) if m.drive else 0.0
-    return float(lateral + turning + _spring_energy(m, work) + sum(_pressed(data, work.x, turns) for data in m.contacts))
-
-
-def _pressed(contact, x, turns):
-    """Elastic energy of a contact spring, J."""
-    ring = complex(*contact.ring) * np.exp(2j * np.pi * turns) if contact.ring else 0j
-    d = (contact.contact_row * x).view(complex).sum() + ring
-    d = d - complex(*contact.offset) if contact.offset else d
-    return springs.power(contact.surfaces.spring, max(abs(d) - contact.gap, 0.0), 0.0)
-
 
 def of_contact(block, i):
     """A block of samples with the forces of only one of several contacts."""
     return block | {name: block[name][:, i] for name in OF_CONTACT if name in block}
 
 
-def _spring_energy(model, work):
-    """Elastic energy in J of anisotropic and speed-dependent springs, in addition to that of `Model.stiffness`; skew ones store
-    none: Re(conj(r) i S r) = 0."""
-    interval = 0
-    if model.drive:
-        speed = driven.speed_of(model, work.v) / (2.0 * np.pi)
-        interval = driven.interval_at(model, 2.0 * np.pi * speed) if len(model.following_stiffness) else 0
-    else:
-        speed = np.interp(work.real[kernel.T_HI], model.corner_time, model.corner_speed)
-        interval = int(model.corner_interval[work.count[kernel.SEGMENT]]) if len(model.following_stiffness) else 0
-    matrix = spring_matrix(model, interval, speed)
-    return 0.0 if matrix is None else -0.5 * float((model.weight * work.x) @ matrix @ work.x)
-
-
 def _owned(block):
     """A block with copies instead of views, since the kernel reuses its rows."""
     return {name: values if values.base is None else values.copy() for name, values in block.items()}
-
-
-def _what_fed(system, ledger, sliding):
-    if ledger.turned_in > max(ledger.friction_in, abs(ledger.energy_in)):
-        return "the drive fed it through rotating damping; raise other damping, or lower rotating damping or the speed"
-    if ledger.control_in > max(ledger.friction_in, abs(ledger.energy_in)):
-        return "the control of the first-order states fed it; `rsc modes` shows whether it holds the rotor without contact"
-    if ledger.friction_in < 0.5 * abs(ledger.energy_in):
-        if system.skew:
-            return "skew stiffness or the imposed forces fed it; raise damping or lower skew stiffness"
-        return "the imposed forces fed it; look for negative damping or an undamped resonance"
-    if any(contact.law.diameter is None for contact in system.contacts):
-        return (
-            "contact friction fed it: the one-sided law (no contact.diameter) always slides forward, but sliding (12) is lost "
-            f"with any diameter below {sliding.least_diameter:.3g} m; give contact.diameter, or lower friction"
-        )
-    return "contact friction fed it, with sliding throughout; lower friction or add stator damping"
