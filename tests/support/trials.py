@@ -25,7 +25,7 @@ import rsc.cli
 import rsc.simulation.run
 from rsc.cli import main
 from rsc.results.claims import part_of
-from rsc.results.result_file import ResultWriter
+from rsc.results.result_writer import ResultWriter
 from rsc.simulation.run import versions
 from rsc.study.run.simulate import simulate
 from rsc.study.run.start import run_of

@@ -15,8 +15,9 @@ from rsc.errors import SceneError, one_line
 from rsc.files.tables import Table, html
 from rsc.measure.stretches import Stretches, side_by_side
 from rsc.presented import drawing
-from rsc.results.result_file import ResultFile, ResultWriter
+from rsc.results.result_file import ResultFile
 from rsc.results.result_format import AXES, MOTIONS, locked, motions_of, moving_body, series_of
+from rsc.results.result_writer import ResultWriter
 from rsc.results.summary import Ledger, Status, Summary
 from rsc.scene.scene import Scene
 from rsc.scene.tables.drive import Drive

@@ -249,7 +249,8 @@ def test_the_unchanged_file_is_read(path):
 
 def test_a_file_being_written_is_read_to_its_last_block(path, tmp_path):
     """D65: what another process has flushed is there, and what it declares beyond is not shown."""
-    from rsc.results.result_file import ResultFile, ResultWriter
+    from rsc.results.result_file import ResultFile
+    from rsc.results.result_writer import ResultWriter
 
     source = ResultFile(path)
     scene, block = source.scene(), source.block()

@@ -10,8 +10,8 @@ import forge
 import rsc
 from rsc.cli import main
 from rsc.results.claims import part_of
-from rsc.results.result_file import ResultWriter
 from rsc.results.result_format import FORMAT
+from rsc.results.result_writer import ResultWriter
 from rsc.simulation.run import versions
 from rsc.study.run.start import run_of
 from rsc.study.run.verify import verify

@@ -11,8 +11,8 @@ import pytest
 
 import rsc
 from rsc.cli import main
-from rsc.results.result_file import ResultWriter
 from rsc.results.result_format import FORMAT
+from rsc.results.result_writer import ResultWriter
 from rsc.simulation.run import versions
 from rsc.study.run.start import run_of
 from scenes import SCENES

@@ -16,8 +16,8 @@ import pytest
 import rsc
 import rsc.study.run.verify
 from rsc.cli import main
-from rsc.results.result_file import ResultWriter
 from rsc.results.result_format import BLOCKS, STRETCHES
+from rsc.results.result_writer import ResultWriter
 from rsc.results.summary import Status
 from rsc.simulation.run import Run
 from rsc.study.run.start import run_of

@@ -13,7 +13,7 @@ import pytest
 
 import rsc
 from rsc.cli import main
-from rsc.results.result_file import ResultWriter
+from rsc.results.result_writer import ResultWriter
 from rsc.simulation.run import versions
 from scenes import SCENES, changed
 

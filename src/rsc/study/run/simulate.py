@@ -20,7 +20,8 @@ from rsc.kernel.model import SAMPLES, STEPS
 from rsc.operating_system import SENT_TWICE, STOPS
 from rsc.results.agreement import refuse_other_scene
 from rsc.results.budget import foresee, refuse_too_large
-from rsc.results.result_file import ResultFile, ResultWriter, read_summary
+from rsc.results.result_file import ResultFile, read_summary
+from rsc.results.result_writer import ResultWriter
 from rsc.results.structure import refuse_other_file
 from rsc.results.summary import Status, Summary
 from rsc.results.trajectory import MemoryBlocks, Trajectory, load
