@@ -25,8 +25,8 @@ import rsc
 from pages import RESULTS, write_page
 from rsc.measure.kinds import BACKWARD, Kind
 from rsc.show.words.held import outcome_text
-from rsc.study.motions.motions import Search
 from rsc.study.motions.release import with_held
+from rsc.study.motions.search import Search
 from rsc.study.motions.settle import shown
 from rsc.system.assemble import assemble
 from rsc.system.held import BRAKES, CAPTURED, HOLDS, SPEEDS_UP, STOPS, UNKNOWN

@@ -24,7 +24,8 @@ sys.path += [str(Path(__file__).resolve().parent), str(Path(__file__).resolve().
 import rsc
 from pages import RESULTS, write_page
 from rsc.measure.catalogue import CONFIDENCE
-from rsc.study.motions.motions import STARTS, Search
+from rsc.study.motions.motions import STARTS
+from rsc.study.motions.search import Search
 from rsc.study.motions.settle import same
 from rsc.study.sweep.compute import STARTS as OF_CHECK
 

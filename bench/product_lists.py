@@ -10,7 +10,7 @@ from drive_outcomes import judged_held
 from product_witness import Runs
 from rsc.measure.catalogue import WHIRLING
 from rsc.measure.kinds import SELF_EXCITED, Kind
-from rsc.study.motions.motions import Search
+from rsc.study.motions.search import Search
 from rsc.study.motions.settle import shown
 from third_engine import TooStiff, beside, prescribed, run, state_of
 

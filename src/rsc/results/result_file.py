@@ -1,4 +1,4 @@
-"""Reading the HDF5 file of a run: netCDF-4 axes and units, checksummed blocks, checkpoints; whole to its last block after any kill.
+"""Reading the HDF5 file of a run: netCDF-4 axes and units, checksummed blocks, checkpoints; readable after any kill.
 
 While a run goes on its file is called NAME.part and is written in HDF5's single-writer form: flushed samples stay readable
 whatever happens to the writer. Every block of samples carries a checkpoint, from which the run continues bit for bit.

@@ -13,7 +13,7 @@ import rsc
 from rsc.cli import main
 from rsc.measure.kinds import Kind
 from rsc.show.words.motions import claim, motions_text
-from rsc.study.motions.motions import Search
+from rsc.study.motions.search import Search
 from rsc.study.motions.settle import Settling
 
 PUMP = {
@@ -194,7 +194,7 @@ def test_a_whirl_that_grows_slowly_is_left_however_long_that_takes(speed):
 
 
 def test_a_whirl_that_grows_too_slowly_to_wait_for_is_not_said_to_last(monkeypatch):
-    monkeypatch.setattr("rsc.study.motions.motions.MOST_BLOCKS", 30)
+    monkeypatch.setattr("rsc.study.motions.search.MOST_BLOCKS", 30)
     listed = rsc.motions(disk(), 31.0, starts=0)
     (slow,) = listed.leaving
     assert slow.label == "B" and 0.0 < slow.rate < 0.1 and slow not in listed.not_reached

@@ -5,7 +5,6 @@ bound of that.
 """
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,18 +12,16 @@ from numpy.typing import NDArray
 from rsc.measure.catalogue import WHIRLING, Motions, SmallestImpact
 from rsc.measure.stretches import side_by_side
 from rsc.simulation.shot import Shot, packed_for_shots
+from rsc.study.motions.search import Search
 from rsc.study.motions.settle import ATTEMPTS, PERIODS, same
 from rsc.system.assemble import assemble
-
-if TYPE_CHECKING:
-    from rsc.study.motions.motions import Search
 
 DIRECTIONS = 6  # evenly from that of the smallest random impact that starts a whirl
 HALVINGS, BISECTIONS = 8, 3  # of the size, until it starts none; then of what lies between: down to a sixteenth
 TOUCH = 0.02  # of the slowest period: stretches in which the first touch is looked for, over two of them
 
 
-def with_smallest(search: "Search", listed: Motions) -> Motions:
+def with_smallest(search: Search, listed: Motions) -> Motions:
     """A list of motions of a search with the smallest impact that starts a whirl, where any of its own impacts does."""
     size = np.hypot(*listed.impulse.T)
     whirls = [i for i, motion in enumerate(listed.motions) if motion.motion in WHIRLING]
@@ -42,7 +39,7 @@ def with_smallest(search: "Search", listed: Motions) -> Motions:
 class _Looked:
     """Impacts at one contact in some directions; the smallest so far that starts a whirl of the list."""
 
-    def __init__(self, search: "Search", impulse: complex, motion: int, place: int, whirls: list[int]) -> None:
+    def __init__(self, search: Search, impulse: complex, motion: int, place: int, whirls: list[int]) -> None:
         self._search, self._place, self._whirls = search, place, whirls
         self._turns = np.exp(2j * np.pi * np.arange(DIRECTIONS) / DIRECTIONS) * impulse / abs(impulse)
         self._known = [group[0] for group in search.groups]
@@ -93,7 +90,7 @@ class _Looked:
         )
 
 
-def first_force(search: "Search", impulse: complex, place: int) -> float:
+def first_force(search: Search, impulse: complex, place: int) -> float:
     """Largest normal force in N at any contact of the first touch after an impact in N s at a contact; 0 without one in two
     periods of the slowest free vibration."""
     slowest = search.settling.block / PERIODS

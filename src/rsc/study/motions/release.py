@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import tau as TWO_PI
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,12 +20,10 @@ from rsc.scene.scene import Scene
 from rsc.scene.tables.drive import Drive
 from rsc.simulation.pack import Packed
 from rsc.simulation.shot import Shot, packed_for_shots
+from rsc.study.motions.search import Search
 from rsc.study.motions.settle import End, Settling, shown
 from rsc.system.assemble import assemble
 from rsc.system.held import BRAKES, CAPTURED, HOLDS, SPEEDS_UP, STOPS, UNKNOWN, Held, Load, balance_above, loads
-
-if TYPE_CHECKING:
-    from rsc.study.motions.motions import Search
 
 MOST_STEPS, ATTEMPTS = 4_000_000, 200  # of a run, and between two looks at it
 MOST_STRETCHES = 20_000
@@ -40,7 +38,7 @@ FASTER = 2.0  # times the fastest speed that a torque can give to the scene's ow
 STRETCHES = 6  # in a block at least, of which the kind is told
 
 
-def with_held(search: "Search", listed: Motions, scene: Scene, most_steps: int = MOST_STEPS) -> Motions:
+def with_held(search: Search, listed: Motions, scene: Scene, most_steps: int = MOST_STEPS) -> Motions:
     """A list of motions with the outcome of each under the torque of the drive; unchanged for a prescribed speed."""
     if scene.drive.inertia is None or not listed.speed > 0.0:
         return listed

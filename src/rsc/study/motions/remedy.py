@@ -21,11 +21,13 @@ from rsc.measure.severity import verdict_of
 from rsc.presented import Brief
 from rsc.scene.scene import Scene
 from rsc.scene.values import physical_values, with_entries
-from rsc.study.motions.motions import STARTS, Search, refuse_starts
+from rsc.study.motions.motions import STARTS, refuse_starts
 from rsc.study.motions.random_impacts import read_largest
+from rsc.study.motions.search import Search
 from rsc.study.motions.settle import End, shown
 from rsc.study.motions.shaft_levers import is_of, shown_name
 from rsc.system.assemble import assemble
+from rsc.system.system import System
 
 # what is changed: table, key, whether it may grow, whether it may shrink
 LEVERS = (
@@ -330,7 +332,7 @@ class _Remedying:
         harmful = tuple(harmful_of(listed)) or goes_on
         if self._interrupted:
             return "", ()
-        if harmful or _runs_away(scene, speed):  # a list of a few impacts need not have one that is large enough
+        if harmful or _runs_away(assemble(scene), scene, speed):  # a list of a few impacts need not have one that is large enough
             return "", harmful or tuple(listed.motions)
         return _severity_of(listed), tuple(listed.motions)
 
@@ -376,17 +378,16 @@ def with_remedy(scene: Scene, speed: float, own: Remedy) -> tuple[Scene, float]:
     return lever.applied(scene, speed, own.factor)
 
 
-def _runs_away(scene: Scene, speed: float) -> bool:
+def _runs_away(system: System, scene: Scene, speed: float) -> bool:
     """Whether a large enough backward motion at the only contact runs away (`rsc.analysis.follow.escape`)."""
-    system = assemble(scene)
     return len(system.contacts) == 1 and bool(escapes(system, TWO_PI * speed, band_of(scene)))
 
 
 def _lasting(scene: Scene, speed: float) -> bool:
     """Whether a backward whirl is predicted to last, one that slides or one that rolls, or a large enough motion to run away."""
-    if _runs_away(scene, speed):
-        return True
     system = assemble(scene)
+    if _runs_away(system, scene, speed):
+        return True
     several = len(system.contacts) > 1
     whirls = predict_several(system, speed) if several else predict_system(system, speed)
     if any(whirl.frequency < 0.0 and whirl.stable for whirl in whirls):

@@ -14,8 +14,9 @@ from rsc.measure.final import described
 from rsc.measure.several import together
 from rsc.presented import Brief
 from rsc.scene.scene import Scene
-from rsc.study.motions.motions import Search, refuse_threads
+from rsc.study.motions.motions import refuse_threads
 from rsc.study.motions.random_impacts import read_largest
+from rsc.study.motions.search import Search
 from rsc.study.motions.settle import End
 from rsc.study.run.start import initial_state
 from rsc.system.system import System

@@ -40,9 +40,9 @@ from rsc.results.trajectory import Trajectory
 from rsc.scene.scene import Scene
 from rsc.show.words.headline import summary
 from rsc.study.motions.impact import with_smallest
-from rsc.study.motions.motions import Search
 from rsc.study.motions.random_impacts import read_largest
 from rsc.study.motions.release import with_held
+from rsc.study.motions.search import Search
 from rsc.study.prediction.reductions import coefficient_remarks, reduction_remarks
 from rsc.study.report.alone import moving_lines, settling_rates
 from rsc.study.report.best import best_predictions, no_predictions, rolling_motion
