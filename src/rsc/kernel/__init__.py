@@ -11,8 +11,9 @@ K is diagonal (real modes of rotor and stator separately); C is a diagonal plus,
 present only if the rotor has gyroscopics. The contact law is smooth inside each of its states (open, closing, opening, clipped;
 friction forward, creeping, backward); no step crosses from one into the next: it ends on the switch (switches.py).
 
-Files: simd/ decorators (jit.py), packed vectors (vec.py) and their registers (registers.py); model.py data structures,
-clock.py and turn.py time and rotation, contact.py force law, rhs.py accelerations, tableau.py and series.py methods, step.py one
-step, dense.py interpolation inside it, control.py its length, switches.py end of a step on a switch, tally.py and facts.py sums
-over the run, flight.py exact motion between contacts, march.py the loop over steps and its status.
+Files: simd/ decorators (jit.py), packed vectors (vec.py) and their registers (registers.py); model.py data structures, clock.py
+and turn.py time and rotation, contact.py force law, contact_forces.py what contacts push with, rhs.py accelerations, tableau.py
+and series.py methods, step.py one step, dense.py interpolation inside it, control.py its length, switches.py end of a step on a
+switch, tally.py and facts.py sums over the run, flight.py exact motion between contacts, march.py the loop over steps and its
+status.
 """

@@ -8,8 +8,8 @@ import math
 from typing import NamedTuple
 
 from rsc.kernel.block import state_behind
+from rsc.kernel.contact_forces import contact_kinematics
 from rsc.kernel.questions import is_none
-from rsc.kernel.rhs import contact_kinematics
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined
 from rsc.kernel.simd.static import static

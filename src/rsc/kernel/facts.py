@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from rsc.kernel import springs
 from rsc.kernel.contact import CREEPING, OPEN, normal_force
+from rsc.kernel.cubic import cubic, extreme, largest_between, passage
 from rsc.kernel.questions import has_race, is_array, is_none
 from rsc.kernel.race import surface_of
 from rsc.kernel.simd import vec
@@ -33,7 +34,6 @@ UNTIL, FINISHED, SLOPE, RATE_Y, RATE_Z, N_STRETCH = range(N_ROW, N_ROW + 6)
 # then, in the running stretch and in finished rows, entries for each clearance: square of its largest deflection, m^2; time in s
 # at which the run first exceeded its gap, infinite before; min and max of y, then of z of its deflection, m
 MOST, PASSED, WATCHED_EXTENTS, N_WATCHED = 0, 1, 2, 6
-LOOKS, HALVINGS = 16, 40  # for locating, within a step, when a gap is exceeded
 
 
 class Stretch(NamedTuple):
@@ -109,62 +109,13 @@ def _keep_turning_points(at, i, begin, end, h):
     """`_keep_extents` for extrema of y or z inside a step; begin = (r, r') at its start, end likewise."""
     (y, z), (y_dot, z_dot) = begin
     (y_new, z_new), (y_dot_new, z_dot_new) = end
-    _keep_extents(at, i, (_extreme(y, y_new, h * y_dot, h * y_dot_new), _extreme(z, z_new, h * z_dot, h * z_dot_new)))
-
-
-@inlined
-def _extreme(f, f_new, slope, slope_new):
-    """Extremum inside a step by the cubic Hermite polynomial, if the slopes at its ends differ in sign; else the final value."""
-    if not slope * slope_new < 0.0:
-        return f_new
-    a, b = 0.0, 1.0
-    slope_a, slope_b = slope, slope_new
-    value = f_new
-    for _ in range(2):
-        theta = a + (b - a) * slope_a / (slope_a - slope_b)
-        value, between = _cubic(f, f_new, slope, slope_new, theta)
-        if between * slope > 0.0:
-            a, slope_a = theta, between
-        else:
-            b, slope_b = theta, between
-    return value
+    _keep_extents(at, i, (extreme(y, y_new, h * y_dot, h * y_dot_new), extreme(z, z_new, h * z_dot, h * z_dot_new)))
 
 
 @inlined
 def _rotor(con, x, v):
     """(r, r') of the rotor at the contact, pairs."""
     return vec.pair_sum(vec.product(con.rotor_row, x)), vec.pair_sum(vec.product(con.rotor_row, v))
-
-
-@inlined
-def _largest_between(begin, end, h):
-    """(largest |r|^2 inside a step, its theta in 0 to 1) where |r| grows at the start and shrinks at the end; begin = (r, r'),
-    end likewise; r as a cubic."""
-    (y, z), (y_dot, z_dot) = begin
-    (y_new, z_new), (y_dot_new, z_dot_new) = end
-    a, b = 0.0, 1.0
-    slope_a, slope_b = y * y_dot + z * z_dot, y_new * y_dot_new + z_new * z_dot_new
-    largest = theta = 0.0
-    for _ in range(2):
-        theta = a + (b - a) * slope_a / (slope_a - slope_b)
-        p, p_dot = _cubic(y, y_new, h * y_dot, h * y_dot_new, theta)
-        q, q_dot = _cubic(z, z_new, h * z_dot, h * z_dot_new, theta)
-        largest, slope = max(largest, p * p + q * q), (p * p_dot + q * q_dot) / h
-        if slope > 0.0:
-            a, slope_a = theta, slope
-        else:
-            b, slope_b = theta, slope
-    return largest, theta
-
-
-@inlined
-def _cubic(f_0, f_1, slope_0, slope_1, theta):
-    """(value, slope) at theta in [0, 1] of the cubic with these values and slopes at 0 and 1."""
-    rise, left = f_1 - f_0, 1.0 - theta
-    bend, twist = slope_0 - rise, rise - slope_1
-    value = f_0 + theta * (rise + left * (left * bend + theta * twist))
-    slope = rise + left * (left - 2.0 * theta) * bend + theta * (2.0 * left - theta) * twist
-    return value, slope
 
 
 @inlined
@@ -191,7 +142,7 @@ def _see_size(con, at, start, new, place, h):
         begin, end = _rotor(con, start.x, start.v), (r, r_dot)
         _keep_turning_points(at, EXTENTS, begin, end, h)
         if turns:
-            largest, theta = _largest_between(begin, end, h)
+            largest, theta = largest_between(begin, end, h)
             _keep_larger_at(at, ROTOR_MOST, largest, ROTOR_TIME, start.clock.hi + theta * h)
 
 
@@ -259,7 +210,7 @@ def _see_deflection(at, law, kins, begin, h):
     distance = kins[1].place.distance
     if rate > 0.0 and rate_new < 0.0:
         theta = rate / (rate - rate_new)
-        largest = _cubic(place.distance, distance, h * rate, h * rate_new, theta)[0]
+        largest = cubic(place.distance, distance, h * rate, h * rate_new, theta)[0]
         time = begin + theta * h
         _keep_larger_at(at, DEFLECTION, largest, DEFLECTION_TIME, time)
         deepest = springs.switch(law.spring, largest - place.distance + place.penetration)
@@ -292,38 +243,13 @@ def _see_clearances(watched, at, start, new, h):
         (y_new, z_new), (y_dot_new, z_dot_new) = end
         largest = y_new * y_new + z_new * z_new
         if y * y_dot + z * z_dot > 0.0 and y_new * y_dot_new + z_new * z_dot_new < 0.0:
-            largest = max(largest, _largest_between(begin, end, h)[0])
+            largest = max(largest, largest_between(begin, end, h)[0])
         place, gap = N_STRETCH + N_WATCHED * i, vec.number_at(gaps, i)
         _keep_extents(at, place + WATCHED_EXTENTS, end[0])
         _keep_turning_points(at, place + WATCHED_EXTENTS, begin, end, h)
         _keep_larger(at, place + MOST, largest)
         if largest > gap * gap and vec.number_at(at, place + PASSED) == math.inf:
-            vec.store_number(at, place + PASSED, start.clock.hi + h * _passage(begin, end, h, gap))
-
-
-@compiled
-def _passage(begin, end, h, gap):
-    """theta in 0 to 1 at which |d| first reaches a gap in a step; d as a cubic."""
-    (y, z), (y_dot, z_dot) = begin
-    (y_new, z_new), (y_dot_new, z_dot_new) = end
-    a, b = 0.0, 1.0
-    for i in range(1, LOOKS):
-        theta = i / LOOKS
-        p = _cubic(y, y_new, h * y_dot, h * y_dot_new, theta)[0]
-        q = _cubic(z, z_new, h * z_dot, h * z_dot_new, theta)[0]
-        if p * p + q * q > gap * gap:
-            b = theta
-            break
-        a = theta
-    for _ in range(HALVINGS):
-        theta = 0.5 * (a + b)
-        p = _cubic(y, y_new, h * y_dot, h * y_dot_new, theta)[0]
-        q = _cubic(z, z_new, h * z_dot, h * z_dot_new, theta)[0]
-        if p * p + q * q > gap * gap:
-            b = theta
-        else:
-            a = theta
-    return b
+            vec.store_number(at, place + PASSED, start.clock.hi + h * passage(begin, end, h, gap))
 
 
 @unrolled

@@ -20,11 +20,12 @@ from rsc.kernel.block import ALLOWED, DOUBLE, Block, block_error2, block_work, n
 from rsc.kernel.clearance import are_clear, reaches, units_clear
 from rsc.kernel.clock import Clock, ahead, clock_at, turn_of
 from rsc.kernel.contact import OPEN
+from rsc.kernel.contact_forces import contact_kinematics
 from rsc.kernel.facts import add_steps
 from rsc.kernel.model import BUFFER_FULL, ROWS_OF_NODES, ROWS_OF_STATE, RUNNING, rows_before
 from rsc.kernel.progress import laws_of
 from rsc.kernel.questions import is_none
-from rsc.kernel.rhs import contact_kinematics, field_itself, zero_of_each
+from rsc.kernel.rhs import field_itself, zero_of_each
 from rsc.kernel.simd.hints import aligned_stack
 from rsc.kernel.simd.jit import compiled, inlined
 from rsc.kernel.simd.static import static

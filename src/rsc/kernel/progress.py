@@ -4,9 +4,10 @@ from typing import NamedTuple
 
 from rsc.kernel.clock import clock_in, corners_of, segment_of, settled, turn_of
 from rsc.kernel.contact import CLOSING, OPENING, classify, law_of
+from rsc.kernel.contact_forces import contact_kinematics, rows_times
 from rsc.kernel.model import COUNT_OF_CONTACT, N_COUNT, NORMAL, PHASE, SEGMENT, T_HI, T_LO, H
 from rsc.kernel.questions import is_none
-from rsc.kernel.rhs import accelerations, contact_kinematics, field_itself, no_powers, rows_times
+from rsc.kernel.rhs import accelerations, field_itself, no_powers
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined
 from rsc.kernel.simd.static import static

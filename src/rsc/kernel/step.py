@@ -8,22 +8,10 @@ from typing import NamedTuple
 
 from rsc.kernel import series, springs
 from rsc.kernel.clock import angle_reached, driven_turn, reached, turn_of, turns_after
+from rsc.kernel.contact_forces import contact_kinematics, motions, over_time, places_anyhow, places_at, rows_times
 from rsc.kernel.losses import first_share, lost_until
 from rsc.kernel.questions import is_driven, is_none, is_one
-from rsc.kernel.rhs import (
-    Field,
-    Powers,
-    accelerations,
-    contact_kinematics,
-    field_itself,
-    motions,
-    no_powers,
-    over_time,
-    places_anyhow,
-    places_at,
-    rows_times,
-    with_share,
-)
+from rsc.kernel.rhs import Field, Powers, accelerations, field_itself, no_powers, with_share
 from rsc.kernel.series import Series
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined

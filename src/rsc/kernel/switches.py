@@ -25,9 +25,9 @@ from rsc.kernel.contact import (
     pressing_slope,
     switch_values,
 )
+from rsc.kernel.contact_forces import kinematics_at
 from rsc.kernel.dense import dense_of, interpolate
 from rsc.kernel.race import on_surface, reach_of, surface_of
-from rsc.kernel.rhs import kinematics_at
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.hints import aligned_stack
 from rsc.kernel.simd.jit import compiled, inlined

@@ -5,6 +5,7 @@ from typing import NamedTuple
 from rsc.kernel import springs
 from rsc.kernel.clock import contact_turn
 from rsc.kernel.contact import CLIPPED, OPEN, normal_force
+from rsc.kernel.contact_forces import kinematics_at
 from rsc.kernel.dense import dense_of, interpolate
 from rsc.kernel.drive import mark_turns
 from rsc.kernel.model import (
@@ -32,7 +33,7 @@ from rsc.kernel.model import (
 )
 from rsc.kernel.questions import follows, has_states, is_driven, is_none, is_one, rotates
 from rsc.kernel.race import mark_races
-from rsc.kernel.rhs import Powers, kinematics_at
+from rsc.kernel.rhs import Powers
 from rsc.kernel.simd import vec
 from rsc.kernel.simd.jit import inlined
 from rsc.kernel.simd.static import static
