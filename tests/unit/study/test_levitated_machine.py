@@ -11,6 +11,7 @@ from rsc.analysis.paper.receptance import receptance_rotor, receptance_stator
 from rsc.errors import SceneError
 from rsc.machine.imports.store import save_model
 from rsc.scene.scene import Scene
+from rsc.show.words.machine import machine_tables
 from rsc.study.motions.settle import Settling
 from rsc.study.prediction.predictions import predictions
 from rsc.study.run.levitation import levitation_remarks
@@ -83,6 +84,15 @@ def test_the_stated_error_is_that_of_the_closed_loop(scene):
                for key in ("proportional", "derivative")}  # fmt: skip
     changed_one = assemble(scene.with_values(stiffer))
     assert not np.allclose(receptance_rotor(changed_one, Psi, loop.Omega), exact, rtol=0.1)
+
+
+def test_the_page_lists_the_magnetic_bearings_by_their_gains(scene):
+    tables = {title: rows for title, _, rows in machine_tables(scene)}
+    assert tables["Magnetic bearings"] == [
+        ("front", "100", "4e+05", "2e+06", "1e+07", "1200", "1500", ""), ("rear", "800", "4e+05", "2.5e+06", "1e+07", "1500", "1500", "")
+    ]  # fmt: skip
+    with_table = levitated(rotor={"bearings": [{"at": 0.2, "stiffness": 1e6, "damping": 0.0, "off": 0.01}]})
+    assert [title for title, _, _ in machine_tables(Scene.from_dict(with_table))][2:4] == ["Bearings", "Magnetic bearings"]
 
 
 def test_whirls_are_those_of_a_scan_of_the_full_closed_loop(scene):

@@ -79,12 +79,12 @@ def drawn_content(model: Any, basis: Any, touching: Sequence[Any], controls: Seq
     }
 
 
-def _magnets(controls: Sequence[Any]) -> dict[str, str]:
-    """Place -> name of the magnetic bearings among the controls of a shaft."""
-    return {one.actuators[0]: one.name for one in controls if isinstance(one.own, MagneticBearing)}
+def _magnets(controls: Sequence[Any]) -> list[tuple[str, str]]:
+    """(place, name) of the magnetic bearings among the controls of a shaft."""
+    return [(one.actuators[0], one.name) for one in controls if isinstance(one.own, MagneticBearing)]
 
 
-def _parts(shaft: Any, touching: Sequence[Any], magnets: dict[str, str]) -> list[Drawn]:
+def _parts(shaft: Any, touching: Sequence[Any], magnets: list[tuple[str, str]]) -> list[Drawn]:
     sections = len(shaft.sections)
     made = [
         Drawn(SECTION if i < sections else SLEEVE, one.section.name, one.start, one.end, *one.section.outer, *one.section.inner)
@@ -92,9 +92,10 @@ def _parts(shaft: Any, touching: Sequence[Any], magnets: dict[str, str]) -> list
     ]
     made += [_disk(disk, shaft) for disk in shaft.disks]
     at = [(BEARING, one.name, one.place) for one in shaft.supports]
-    at += [(BEARING, name, shaft.places[place]) for place, name in magnets.items()]
+    at += [(BEARING, name, shaft.places[place]) for place, name in magnets]
+    drawn = [*touching, *(place for place, _ in magnets)]
     at += [(CONTACT, str(name), shaft.places[name]) for name in touching]
-    at += [(PLACE, name, place) for name, place in shaft.places.items() if name not in (*touching, *magnets)]
+    at += [(PLACE, name, place) for name, place in shaft.places.items() if name not in drawn]
     return made + [Drawn(kind, one_line(name), place, place, *(shaft.diameter_at(place),) * 2) for kind, name, place in at]
 
 

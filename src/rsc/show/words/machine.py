@@ -8,6 +8,7 @@ from rsc.show.words.units import column
 from rsc.show.words.wording import speed_text
 
 MM = 1e3
+GAINS = "k_s N/m", "K_p N/m", "K_i N/(m s)", "K_d N s/m", "amplifier Hz"
 COEFFICIENTS = [f"{letter}_{pair} {unit}" for letter, unit in (("k", "N/m"), ("c", "N s/m")) for pair in ("yy", "yz", "zy", "zz")]
 
 
@@ -60,9 +61,21 @@ def machine_tables(scene):
         ("Sections", ("section", "name", "from mm", "to mm", "diameter mm", "bore mm", "mass kg", "kind"), sections),
         ("Disks", ("disk", "at mm", "mass kg", "polar inertia kg m^2", "diametral inertia kg m^2", ""), disks),
         ("Bearings", (BEARING, "at mm", "speed Hz", *COEFFICIENTS, ""), bearings),
+        ("Magnetic bearings", ("magnetic bearing", "at mm", *GAINS, ""), _magnetic(scene.rotor)),
         ("Contacts", ("contact", "at mm", "shaft diameter mm", "radial gap mm", "friction", "stiffness N/m", ""), contacts),
     ]
     return [(title, header, rows) for title, header, rows in tables if rows]
+
+
+def _magnetic(rotor):
+    """Rows of the magnetic bearings, which are drawn behind the bearings that have coefficients, in the order of the rotor's."""
+    controlled = [one[-1] for one in rotor.magnetic_bearings or ()]
+    drawn = [part for part in rotor.drawn if part.kind == BEARING]
+    return [
+        (part.name or "-", _mm(part.start), f"{one.negative_stiffness:.4g}", f"{one.proportional:.4g}", f"{one.integral:.4g}",
+         f"{one.derivative:.4g}", f"{one.amplifier:.4g}", "")
+        for part, one in zip(drawn[len(drawn) - len(controlled) :], controlled, strict=True)
+    ]  # fmt: skip
 
 
 def _mm(metres):
