@@ -73,7 +73,7 @@ def worker():
             scene = scene_of(name) if name in NAMES else pump_scene(name)
             scene = scene.with_values({"solver.method": method, "solver.rtol": 1e-6})
             system = assemble(scene)
-            made[name, method] = packed_for_shots(system, scene.solver, 1.0), initial_state(scene, system)
+            made[name, method] = packed_for_shots(system, scene, 1.0), initial_state(scene, system)
         took = 0.0
         for _ in range(rounds):
             shot = Shot(*made[name, method])

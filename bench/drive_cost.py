@@ -52,7 +52,7 @@ def shot_of(method, rotor, drive):
     (whirl, *_) = [whirl for whirl in rsc.predict(scene) if whirl.stable]
     scene = scene.with_values({"start.whirl": whirl.frequency})
     system = assemble(scene)
-    packed, start = packed_for_shots(system, scene.solver, 1.0), initial_state(scene, system)
+    packed, start = packed_for_shots(system, scene, 1.0), initial_state(scene, system)
     return lambda: Shot(packed, start)
 
 

@@ -107,7 +107,7 @@ class Packed:
         return x
 
 
-def pack(system, solver, sample_rate):
+def pack(system, solver, sample_rate, fill=False):
     """Model of a scene.
 
     Parameters
@@ -117,21 +117,26 @@ def pack(system, solver, sample_rate):
     solver : scene solver settings (method, rtol, divergence in gaps, max_steps).
     sample_rate : float
         Output samples per second.
+    fill : bool
+        Whether the coordinates are padded to a class size (`in_classes`).
     """
     (packed,) = _limited([_packed(system, solver, sample_rate)])
-    return _extended(packed, system, fill=False)
+    return _extended(packed, system, fill)
 
 
 def pack_all(systems, scenes):
-    """`pack` for systems of scenes with equal numbers of coordinates, with the same bits: list of Packed; scenes with a reduced
-    body are padded to a class size (lines.py)."""
+    """`pack` for systems of scenes with equal numbers of coordinates, with the same bits, padded `in_classes`: list of Packed."""
     pairs = list(zip(systems, scenes, strict=True))
     packed = _limited([_packed(system, scene.solver, scene.output.rate) for system, scene in pairs])
     made = []
     for part, (system, scene) in zip(packed, pairs, strict=True):
-        reduced = "reduced" in (scene.rotor.model, scene.stator.model)
-        made.append(_extended(part, system, fill=reduced))
+        made.append(_extended(part, system, in_classes(scene)))
     return made
+
+
+def in_classes(scene):
+    """Whether the coordinates of a scene are padded to a class size (lines.py): where a reduction has chosen their number."""
+    return "reduced" in (scene.rotor.model, scene.stator.model)
 
 
 def _extended(packed, system, fill):

@@ -8,7 +8,7 @@ from rsc.kernel import model as kernel
 from rsc.kernel.facts import BEGIN, END, FINISHED, TIME
 from rsc.kernel.march import march
 from rsc.simulation import driven, races
-from rsc.simulation.pack import pack
+from rsc.simulation.pack import in_classes, pack
 from rsc.simulation.run import InitialState, new_work
 from rsc.simulation.stretches import facts_of, room_for, running_rows
 
@@ -16,9 +16,9 @@ _ROWS = 4  # sample rows of the kernel's buffer: one for time 0, and what a step
 _NEVER = 1e-12  # Hz, a rate so low that no further sample occurs
 
 
-def packed_for_shots(system, solver, stretch):
-    """The Packed of a system for shots with stretches of about `stretch` seconds."""
-    packed = pack(system, solver, _NEVER)
+def packed_for_shots(system, scene, stretch):
+    """The Packed of a scene's system for shots with stretches of about `stretch` seconds; the compiled kernel is that of its runs."""
+    packed = pack(system, scene.solver, _NEVER, in_classes(scene))
     duration = float(packed.model.corner_time[-1])
     return replace(packed, model=packed.model._replace(stretch=duration / max(1, round(duration / stretch))))
 

@@ -29,7 +29,7 @@ def test_what_is_said_to_stay_clear_never_touches(seed):
     scene = rsc.Scene.from_dict(changed(rotor=UNBALANCED)).steady(SPEED, LONG)
     system = assemble(scene)
     clear, parts = Clear(system, 2.0 * np.pi * SPEED), states(scene, seed)
-    packed = packed_for_shots(system, scene.solver, STRETCH)
+    packed = packed_for_shots(system, scene, STRETCH)
     shot = Shot(packed, InitialState(*parts), 0.3)
     assert clear.known
     stays = clear.stays(parts, 0.3)

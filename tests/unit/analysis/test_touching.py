@@ -50,7 +50,7 @@ def test_a_little_more_touches_and_a_little_less_does_not(scene):
     quiet = replace(system.rotor, unbalance=0.0 * system.rotor.unbalance, unbalance_euler=0.0 * system.rotor.unbalance_euler,
                     load=0.0 * system.rotor.load)  # fmt: skip
     contacts = tuple(replace(contact, ring=0j, offset=0j) for contact in system.contacts)
-    packed = packed_for_shots(replace(system, rotor=quiet, contacts=contacts), scene.solver, rise)
+    packed = packed_for_shots(replace(system, rotor=quiet, contacts=contacts), scene, rise)
     for place, contact in enumerate(contacts):
         sizes = touching_impulses(system, 2.0 * np.pi * speed, place, rise, ANGLES).min(axis=1)
         change = np.linalg.solve(system.rotor.mass, contact.rotor)

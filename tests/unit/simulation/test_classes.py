@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from numba import typeof
 
 import rsc
 from rsc.results.summary import Status
 from rsc.simulation.lines import filled, size_of_class
 from rsc.simulation.pack import pack
 from rsc.simulation.run import Run
+from rsc.simulation.shot import packed_for_shots
 from rsc.study.run.start import initial_state, run_of
 from rsc.system.assemble import assemble
 from sliding import error_of_sliding
@@ -58,6 +60,13 @@ def test_sizes_of_classes(n, size):
 
 def test_numbers_of_one_class_share_what_is_compiled():
     assert {run_of(scene(n)).packed.width for n in (8, 9, 10, 11)} == {24 * (0.0,)}
+
+
+@pytest.mark.parametrize("n", [2, 8])
+def test_lists_of_motions_use_the_kernel_of_the_run(n):
+    """Else `rsc check` of a machine would compile two."""
+    run, shots = run_of(scene(n)).packed, packed_for_shots(assemble(scene(n)), scene(n), 0.1)
+    assert (typeof(run.model), typeof(run.width), run.method) == (typeof(shots.model), typeof(shots.width), shots.method)
 
 
 @pytest.mark.parametrize("directions", [nightly(False), True])

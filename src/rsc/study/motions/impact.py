@@ -95,7 +95,7 @@ def first_force(search: Search, impulse: complex, place: int) -> float:
     periods of the slowest free vibration."""
     slowest = search.settling.block / PERIODS
     scene = search.scene.steady(search.speed, 2.0 * slowest)
-    shot = Shot(packed_for_shots(assemble(scene), scene.solver, TOUCH * slowest), search.hit(impulse, place), search.base_turns)
+    shot = Shot(packed_for_shots(assemble(scene), scene, TOUCH * slowest), search.hit(impulse, place), search.base_turns)
     while shot.advance(ATTEMPTS):
         pass
     return _first_touch(shot.facts(), len(search.system.contacts))

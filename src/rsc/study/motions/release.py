@@ -74,7 +74,7 @@ class Release:
             system = assemble(replace(scene, drive=own))
             assert system.drive is not None
             system = replace(system, drive=replace(system.drive, fastest=min(system.drive.fastest, TWO_PI * self._fastest)))
-            self._packed.append(packed_for_shots(system, scene.solver, stretch))
+            self._packed.append(packed_for_shots(system, scene, stretch))
 
     def held(self, ends: Sequence[End], torques: Sequence[float]) -> list[tuple[Held, ...]]:
         """What becomes of motions, each the End of a run, of which friction takes a torque in N m; () of those that run away, and

@@ -87,7 +87,7 @@ class Settling:
         self.system = assemble(self.scene)
         self.gaps = [contact.gap for contact in self.system.contacts]
         self.stretch = self.block / STRETCHES
-        self._packed = packed_for_shots(self.system, self.scene.solver, self.stretch)
+        self._packed = packed_for_shots(self.system, self.scene, self.stretch)
         self._clear = Clear(self.system, TWO_PI * speed)
         self._stop, self._lock = threading.Event(), threading.Lock()
 
