@@ -17,7 +17,7 @@ _NEVER = 1e-12  # Hz, a rate so low that no further sample occurs
 
 
 def packed_for_shots(system, scene, stretch):
-    """The Packed of a scene's system for shots with stretches of about `stretch` seconds; the compiled kernel is that of its runs."""
+    """The Packed of a scene's system for shots with stretches of some `stretch` seconds, in the compiled kernel of its runs."""
     packed = pack(system, scene.solver, _NEVER, in_classes(scene))
     duration = float(packed.model.corner_time[-1])
     return replace(packed, model=packed.model._replace(stretch=duration / max(1, round(duration / stretch))))

@@ -89,7 +89,8 @@ def test_the_stated_error_is_that_of_the_closed_loop(scene):
 def test_the_page_lists_the_magnetic_bearings_by_their_gains(scene):
     tables = {title: rows for title, _, rows in machine_tables(scene)}
     assert tables["Magnetic bearings"] == [
-        ("front", "100", "4e+05", "2e+06", "1e+07", "1200", "1500", ""), ("rear", "800", "4e+05", "2.5e+06", "1e+07", "1500", "1500", "")
+        ("front", "100", "4e+05", "2e+06", "1e+07", "1200", "1500", ""),
+        ("rear", "800", "4e+05", "2.5e+06", "1e+07", "1500", "1500", "")
     ]  # fmt: skip
     with_table = levitated(rotor={"bearings": [{"at": 0.2, "stiffness": 1e6, "damping": 0.0, "off": 0.01}]})
     assert [title for title, _, _ in machine_tables(Scene.from_dict(with_table))][2:4] == ["Bearings", "Magnetic bearings"]
