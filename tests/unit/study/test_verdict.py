@@ -78,6 +78,10 @@ def test_a_quiet_run_does_not_hide_what_an_impact_starts(seed):
     assert 0.97 * least < smallest.impulse < 1.15 * least and smallest.below < smallest.impulse
     assert smallest.velocity == pytest.approx(smallest.impulse / scene.rotor.mass)
     assert 0.0 < smallest.first_penetration < 1.0
+    (listed,) = (one for one in report.motions if one.smallest is smallest)
+    started = np.hypot(*listed.impulse.T)[listed.ended == smallest.motion]
+    wanted = [min(smallest.impulse, *started) if i == smallest.motion else np.nan for i in range(len(listed.motions))]
+    assert [motion.smallest_impulse for motion in listed.motions] == pytest.approx(wanted, nan_ok=True)
 
 
 def test_the_verdict_stands_in_report_json_and_is_read_again(tmp_path):

@@ -113,8 +113,10 @@ class Search:
         self.groups = groups = [group for group, _ in pairs]
         ended = [self._home(groups, end) for end in random]
         shares = [ended.count(i) / len(ended) if ended else math.nan for i in range(len(groups))]
+        sizes = np.abs(impulses[: len(random)])
+        own = [_least(sizes[np.equal(ended, i)], group) for i, group in enumerate(groups)]
         contacts = range(len(self.largest)) if smallest else ()
-        smallest_impulses = np.fmin.reduce([[math.nan] * len(groups), *(self._smallest_impulses(groups, j) for j in contacts)])
+        smallest_impulses = np.fmin.reduce([own, *(self._smallest_impulses(groups, j) for j in contacts)])
         lasting = [
             replace(motion, share=share, smallest_impulse=impulse)
             for (_, motion), share, impulse in zip(pairs, shares, smallest_impulses.tolist(), strict=True)
@@ -286,6 +288,11 @@ def _grouped(ends: Sequence[End], gaps: Sequence[float]) -> list[list[End]]:
         else:
             home.append(end)
     return groups
+
+
+def _least(sizes: NDArray[np.float64], group: list[End]) -> float:
+    """The smallest of the impulses (n,) in N s that end in a motion; NaN for none, and for no contact, which needs none."""
+    return float(sizes.min()) if sizes.size and group[0].motion.kind != Kind.NO_CONTACT else math.nan
 
 
 def _beside(end: End, rng: np.random.Generator) -> tuple[InitialState, float]:
