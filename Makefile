@@ -132,6 +132,8 @@ $(STAMP): $(RUN_STAMP)
 $(BENCH_STAMP): pyproject.toml
 	$(PYTHON) -m venv $(VENV)-bench
 	$(BENCH)/python -m pip install --quiet --editable ".[dev,bench]"
+	@command -v gfortran >/dev/null || { timeout 120 apt-get -qq update && DEBIAN_FRONTEND=noninteractive timeout 300 apt-get -qq install -y \
+		--no-install-recommends gfortran g++ >/dev/null; } || echo "no Fortran compiler"
 	$(BENCH)/python -m pip install --quiet numbalsoda 2>/dev/null || echo "numbalsoda stays absent: its source needs a Fortran compiler"
 	touch $@
 

@@ -28,8 +28,8 @@ from peers.own import RSC_METHODS, Rsc
 from problems import NAMES, problem, results_folder
 from reference import solution
 
-# both run on one compiled kernel; larger ones would spend the time of a short run on compiling
-QUICK_SHARE = {"P1": 0.1, "P1c": 0.3}
+# shares of the duration in a short run; both run on one compiled kernel: larger ones, if asked for, spend their time on compiling
+QUICK_SHARE, OTHER_SHARE = {"P1": 0.1, "P1c": 0.3}, 0.1
 WRONG, BLOWN = 1e3, 1e6  # times the tolerance: W; gaps: B
 
 
@@ -198,7 +198,7 @@ def run(name, options, known):
     begun = time.perf_counter()
     chosen = [entrant for entrant in entrants(options.quick) if entrant.label.startswith(tuple(options.only))]
     repeats = 1 if options.quick else options.repeats
-    rows = measure(name, chosen, repeats, options.limit, known, QUICK_SHARE[name] if options.quick else 1.0)
+    rows = measure(name, chosen, repeats, options.limit, known, QUICK_SHARE.get(name, OTHER_SHARE) if options.quick else 1.0)
     commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=False).stdout.strip()
     notes = [
         f"commit {commit or 'unknown'}; {host()}; {versions()}",
