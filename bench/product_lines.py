@@ -141,9 +141,11 @@ def of_contact(text, contact, name):
 
 
 def most_in_windows(signals, contact):
-    """The larger extent of the rotor in y and z in the window where it is largest, m."""
-    fall = contact.report.fall
-    spans = [contact.span(i) for i in range(len(fall.time))]
+    """The larger extent of the rotor in y and z in the window where it is largest, m: in the stretches that the window has, which
+    may begin and end beside its own ends (a rotor that comes to rest loses a tenth within a stretch)."""
+    stretches = contact.report.stretches
+    parts = [stretches.between(*contact.span(i)) for i in range(len(contact.report.fall.time))]
+    spans = [(part.begin, part.end) for part in parts]
     spans[-1] = spans[-1][0], np.inf
     pieces = [signals.rotor[signals.part(*span)] for span in spans]
     return max(max(np.ptp(piece.real), np.ptp(piece.imag)) for piece in pieces if len(piece))
