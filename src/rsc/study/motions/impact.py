@@ -33,10 +33,10 @@ def with_smallest(search: Search, listed: Motions) -> Motions:
     looked = _Looked(search, complex(*listed.impulse[first]), int(listed.ended[first]), place, whirls)
     looked.halve()
     looked.bisect()
-    found, motions = looked.smallest(), list(listed.motions)
-    least = float(np.fmin(motions[found.motion].smallest_impulse, found.impulse))
-    motions[found.motion] = replace(motions[found.motion], smallest_impulse=least)
-    return replace(listed, motions=motions, smallest=found, runs=search.settling.runs)
+    smallest, motions = looked.smallest(), list(listed.motions)
+    least = float(np.fmin(motions[smallest.motion].smallest_impulse, smallest.impulse))
+    motions[smallest.motion] = replace(motions[smallest.motion], smallest_impulse=least)
+    return replace(listed, motions=motions, smallest=smallest, runs=search.settling.runs)
 
 
 class _Looked:
