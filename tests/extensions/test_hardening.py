@@ -13,6 +13,7 @@ from hardening import hardened
 
 import naive
 from directions import assembled
+from rsc.analysis.paper.law import law_at
 from rsc.analysis.paper.predict import predict_system
 from rsc.errors import SceneError, SolverError
 from rsc.scene.scene import Scene
@@ -20,6 +21,7 @@ from rsc.study.run.ensemble import simulate_many
 from rsc.study.run.simulate import simulate
 from rsc.study.run.start import initial_state
 from rsc.system.assemble import assemble
+from rsc.system.border import border_of
 from rsc.system.system import ContactLaw, stacked
 from scenes import SCENES, changed
 
@@ -103,6 +105,15 @@ def test_the_prediction_refuses_in_one_line():
     with pytest.raises(SceneError) as refused:
         predict_system(system, 50.0)
     assert refused.value.key == "contact.hardening" and "\n" not in str(refused.value)
+    with pytest.raises(SceneError, match=r"contact\.hardening = 4\.0: must be 0 for a prediction"):
+        law_at(stacked([system, system]).contact)
+
+
+def test_the_depth_is_not_known_unless_the_law_says_it():
+    """A sweep of runs judges how deep they press without a prediction, which would refuse: F/k is wrong of another spring."""
+    linear = assemble(Scene.from_dict(tables_of(NAMES[0])))
+    borders = [border_of(system, 50.0, [1e3], 1e-3, -60.0) for system in (linear, hardened(linear, H))]
+    assert borders[0].depth == 1e3 / linear.law.stiffness and np.isnan(borders[1].depth) and np.isnan(borders[1].penetration)
 
 
 @pytest.mark.parametrize("order", [(0, 1), (1, 0)])

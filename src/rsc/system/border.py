@@ -63,7 +63,7 @@ def border_of(
     power : float W, friction power taken from the drive
     mass : float kg, of the rotor; NaN where its model does not tell it
     """
-    pairs = [(force / contact.law.stiffness, contact.gap) for force, contact in zip(forces, system.contacts, strict=True)]
+    pairs = [(contact.law.depth(force), contact.gap) for force, contact in zip(forces, system.contacts, strict=True)]
     depth, gap = max(pairs, key=lambda pair: pair[0] / pair[1])
     radii = [0.5 * contact.law.diameter for contact in system.contacts if contact.law.diameter is not None]
     radius = min(radii, default=math.nan)

@@ -1,5 +1,6 @@
 """The matrices of a scene, the only data shared by simulator and analytic module."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -28,6 +29,10 @@ class ContactLaw:
     # of a stator surface (race) free to rotate, J omega' = mu sigma F_N d_R/2 - drag omega
     race_inertia: float | None = None  # kg m^2, J
     race_drag: float | None = None  # N m s
+
+    def depth(self, force: float) -> float:
+        """Penetration in m at a normal force in N, without the damper; NaN, not known, of a law that does not say it."""
+        return force / self.stiffness if type(self) is ContactLaw else math.nan
 
 
 @dataclass(frozen=True, eq=False)

@@ -168,5 +168,6 @@ def law_at(contact):
     law = contact.law
     for name, value in vars(law).items():
         if name not in _TREATED and np.any(value):
+            value = np.ravel(value)[np.flatnonzero(value)[0]].item()  # of a stack the first
             raise SceneError("<scene>", f"contact.{name}", value, "0 for a prediction, whose contact has no such term", _HINT)
     return SteadyLaw(**{name: getattr(law, name) for name in _TREATED}, gap=contact.gap)

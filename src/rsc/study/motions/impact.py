@@ -87,7 +87,7 @@ class _Looked:
             directions=DIRECTIONS,
             motion=self.motion,
             first_force=force,
-            first_penetration=force / contact.law.stiffness / contact.gap,
+            first_penetration=contact.law.depth(force) / contact.gap,
             rotor_velocity=abs(self.impulse) / search.scene.rotor.total_mass,
             contact=contact.name if len(search.changes) > 1 else "",
         )
