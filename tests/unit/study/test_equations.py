@@ -116,7 +116,7 @@ def test_the_layout_has_names_and_units():
 
 
 def test_what_the_equations_leave_out_is_refused():
-    with pytest.raises(rsc.SolverError, match="no a drive with a torque"):
+    with pytest.raises(rsc.SolverError, match="does not have a drive with a torque"):
         rsc.equations(scene_of(DRIVEN))
 
 

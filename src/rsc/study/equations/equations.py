@@ -250,7 +250,7 @@ def _refuse_unknown(scene: Scene, system: System) -> None:
     }
     left_out = [name for name, is_there in unknown.items() if is_there]
     if left_out:
-        raise SolverError(f"rsc.equations has no {' and no '.join(left_out)}; rsc.simulate runs such a scene")
+        raise SolverError(f"rsc.equations does not have {' or '.join(left_out)}; rsc.simulate runs such a scene")
 
 
 def _with(function: Any, **compiled: Any) -> Any:
