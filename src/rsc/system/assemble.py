@@ -80,8 +80,7 @@ def _switched(rotor: Any) -> tuple[SwitchedOff, ...]:
 
 def _drive(table: Any) -> SystemDrive:
     """The SystemDrive of a scene's torque-limited [drive]."""
-    tables = (table.torque,) if table.trip is None else (table.torque, table.coast)
-    torques = tuple(_frozen(np.array(curve) * (2.0 * np.pi, 1.0)) for curve in tables)
+    torques = tuple(_frozen(np.array(curve) * (2.0 * np.pi, 1.0)) for curve in table.curves)
     ends = (table.duration,) if table.trip is None else (table.trip, table.duration)
     return SystemDrive(table.inertia, torques, ends, 2.0 * np.pi * table.fastest)
 

@@ -79,6 +79,14 @@ class Drive:
         return largest if self.inertia is None else torques.fastest(self)
 
     @property
+    def curves(self) -> tuple[torques.Knots, ...]:
+        """Knots of torque over speed (Hz, N m) of a torque-limited drive: from the start, and after a trip; () if prescribed.
+
+        What is computed of a torque takes it from here.
+        """
+        return tuple(knots for knots in (self.torque, self.coast) if knots is not None)
+
+    @property
     def covered(self) -> tuple[float, float]:
         """Lowest and highest speed in Hz for which a reduced model must be valid, including standstill."""
         return min(0.0, *self.speed), max(0.0, *self.speed, 0.0 if self.inertia is None else self.fastest)

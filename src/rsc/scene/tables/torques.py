@@ -62,7 +62,7 @@ def torque_at(knots: Knots, speed: float) -> float:
 def fastest(drive: Any) -> float:
     """Estimate of the highest speed in Hz: where the torque vanishes, or what the largest torque achieves within the run."""
     largest = drive.speed[0]
-    for knots in filter(None, (drive.torque, drive.coast)):
+    for knots in drive.curves:
         speeds, torque = zip(*knots, strict=True)
         falling = [
             a + (b - a) * p / (p - q) for a, b, p, q in zip(speeds[:-1], speeds[1:], torque[:-1], torque[1:], strict=True)

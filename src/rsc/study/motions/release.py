@@ -68,7 +68,7 @@ class Release:
         self._drive, speed, stretch = drive, settling.speed, settling.stretch
         self._fastest = FASTER * max(speed, drive.fastest / TWO_PI)
         self._packed: list[Packed] = []
-        for torque in (scene.drive.torque, scene.drive.coast)[: len(drive.torques)]:
+        for torque in scene.drive.curves:
             prescribed = Drive.along((0.0, MOST_STRETCHES * stretch), (speed, speed))
             own = replace(prescribed, inertia=scene.drive.inertia, torque=torque)
             system = assemble(replace(scene, drive=own))
