@@ -3,6 +3,7 @@
 import contextlib
 import os
 import random
+import re
 import time
 import tracemalloc
 import zipfile
@@ -16,7 +17,10 @@ import scipy.sparse
 
 from matrix_writers import LABELLED, WRITERS, labels, market_sparse
 from rsc.errors import DataError
+from rsc.machine import formats
 from rsc.machine.formats import read_matrices
+
+ROOT = Path(__file__).parents[3]
 
 
 def stiffness(size=14):
@@ -51,6 +55,19 @@ def test_gives_back_what_was_written(kind, tmp_path):
     assert (key in found.labels) == (kind in LABELLED)
     if kind in LABELLED:
         assert np.array_equal(found.labels[key], labels(14))
+
+
+def test_every_format_has_a_writer_and_stands_in_the_documents(tmp_path):
+    """So it runs through all tests here and through the damaged files of matrix_fuzz.py."""
+    seen = set()
+    for name, write, *_ in WRITERS.values():
+        write(tmp_path / name, stiffness())
+        seen.add(formats.reader_of((tmp_path / name).read_bytes()).name)
+    assert seen == {reader.name for reader in formats.READERS}
+    page = " ".join((ROOT / "docs/users/machines.md").read_text(encoding="utf-8").split())
+    named = re.search(r"The format is detected from the content: (.*?) output\.", page)[1]
+    words = {"MAT-file": "MAT", "OUTPUT4 as text": "OP4", "Abaqus or CalculiX output": "CalculiX"}
+    assert [name for name in seen if words.get(name, name) not in named] == []
 
 
 @pytest.mark.parametrize("kind", [kind for kind in WRITERS if "MAT" not in kind.split("-")[0] and "npz" not in kind])

@@ -5,6 +5,7 @@ entries are summed, and damaged or too large files are refused with a one-line m
 """
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
@@ -35,6 +36,18 @@ class Matrices(NamedTuple):
     labels: dict[str, NDArray[np.int64]]
 
 
+# matrices and labels of a file, as in `Matrices`, before the numbers are checked
+Found: TypeAlias = tuple[dict[str, Any], dict[str, Any]]
+
+
+class Reader(NamedTuple):
+    """One format: its name in messages, whether a content has it, and (content, path, most bytes) -> what it holds."""
+
+    name: str
+    recognises: Callable[[bytes], bool]
+    read: Callable[[bytes, Path, int], Found]
+
+
 def read_matrices(path: str | os.PathLike[str], most_file: int = MOST_FILE_BYTES, most: int = MOST_BYTES) -> Matrices:
     """Read all matrices of a file.
 
@@ -56,7 +69,8 @@ def read_matrices(path: str | os.PathLike[str], most_file: int = MOST_FILE_BYTES
     """
     path = Path(path)
     try:
-        matrices, labels = _read(content_of(path, most_file), path, most)
+        content = content_of(path, most_file)
+        matrices, labels = reader_of(content).read(content, path, most)
         if not matrices:
             raise BadMatrix("it contains no real matrix")
         return Matrices({name: _checked(name, matrix) for name, matrix in matrices.items()}, labels)
@@ -68,31 +82,29 @@ def read_matrices(path: str | os.PathLike[str], most_file: int = MOST_FILE_BYTES
         raise DataError(one_line(path), "its matrices do not fit into memory") from None
 
 
-def _read(content: bytes, path: Path, most: int) -> tuple[dict[str, Any], dict[str, Any]]:
-    """(matrices, labels) by the first reader that recognises the content."""
+def reader_of(content: bytes) -> Reader:
+    """The first reader that recognises a file; BadMatrix, which names all formats, if none does."""
+    for reader in READERS:
+        if reader.recognises(content):
+            return reader
+    raise BadMatrix(f"unknown format (known: {', '.join(dict.fromkeys(reader.name for reader in READERS))})")
+
+
+def _whole_lines(content: bytes) -> bytes:
+    """The head of a file without a line that is cut off."""
     head = content[:_HEAD]
-    if matlab.recognises_level_73(head):
-        return matlab.read_level_73(content, most), {}
-    if matlab.recognises_level_5(head):
-        return matlab.read_level_5(content, most), {}
-    if head.startswith((npz.MAGIC_ZIP, npz.MAGIC_ARRAY)):
-        return npz.read(content, path.stem, most), {}
-    if head.startswith(matrix_market.MAGIC):
-        return matrix_market.read(content, path.stem), {}
-    if harwell_boeing.recognises(head):
-        return harwell_boeing.read(content, path.stem), {}
-    if op4.recognises(head):
-        return op4.read(content, most), {}
-    if op4.recognises_binary(head):
+    return head if len(content) <= _HEAD else head[: head.rfind(b"\n")]
+
+
+def _op4(content: bytes, path: Path, most: int) -> Found:
+    if op4.recognises_binary(content[:_HEAD]):
         raise BadMatrix("OUTPUT4 in binary form; write it as text (ASSIGN OUTPUT4='K.op4',UNIT=11,FORM=FORMATTED)")
-    if abaqus.recognises(head if len(content) <= _HEAD else head[: head.rfind(b"\n")]):
-        matrices, labels = abaqus.read(content, path.stem)
-        return matrices, labels or _directions_beside(path, matrices)
-    if dmig.recognises(content):
-        return dmig.read(content)
-    raise BadMatrix(
-        "unknown format (known: Matrix Market, Harwell-Boeing, MAT-file, npz, OUTPUT4 as text, DMIG, Abaqus or CalculiX output)"
-    )
+    return op4.read(content, most), {}
+
+
+def _abaqus(content: bytes, path: Path, most: int) -> Found:
+    matrices, labels = abaqus.read(content, path.stem)
+    return matrices, labels or _directions_beside(path, matrices)
 
 
 def _directions_beside(path: Path, matrices: dict[str, Any]) -> dict[str, Any]:
@@ -113,3 +125,35 @@ def _checked(name: str, matrix: Any) -> Any:
     if not np.all(np.isfinite(matrix.data if scipy.sparse.issparse(matrix) else matrix)):
         raise BadMatrix(f"an entry of {one_line(name)} is nan or infinite")
     return matrix
+
+
+# in this order: the first that recognises a content reads it
+READERS = (
+    Reader(
+        "MAT-file", lambda content: matlab.recognises_level_73(content[:_HEAD]),
+        lambda content, _, most: (matlab.read_level_73(content, most), {}),
+    ),
+    Reader(
+        "MAT-file", lambda content: matlab.recognises_level_5(content[:_HEAD]),
+        lambda content, _, most: (matlab.read_level_5(content, most), {}),
+    ),
+    Reader(
+        "npz", lambda content: content.startswith((npz.MAGIC_ZIP, npz.MAGIC_ARRAY)),
+        lambda content, path, most: (npz.read(content, path.stem, most), {}),
+    ),
+    Reader(
+        "Matrix Market", lambda content: content.startswith(matrix_market.MAGIC),
+        lambda content, path, _: (matrix_market.read(content, path.stem), {}),
+    ),
+    Reader(
+        "Harwell-Boeing", lambda content: harwell_boeing.recognises(content[:_HEAD]),
+        lambda content, path, _: (harwell_boeing.read(content, path.stem), {}),
+    ),
+    Reader(
+        "OUTPUT4 as text", lambda content: op4.recognises(content[:_HEAD]) or op4.recognises_binary(content[:_HEAD]), _op4,
+    ),
+    Reader(
+        "Abaqus or CalculiX output", lambda content: abaqus.recognises(_whole_lines(content)), _abaqus,
+    ),
+    Reader("DMIG", dmig.recognises, lambda content, *_: dmig.read(content)),
+)  # fmt: skip
