@@ -10,6 +10,7 @@ import fuzz_cases as fuzz
 import import_fuzz
 import matrix_fuzz
 import rsc
+from rsc.measured import formats
 from scenes import SCENES
 
 
@@ -51,3 +52,10 @@ def test_a_case_that_takes_too_long_is_stopped(monkeypatch):
     with pytest.raises(fuzz.TooLong), fuzz.Clock():
         while True:
             pass
+
+
+def test_every_format_of_measured_files_is_damaged(tmp_path):
+    """A kind in forge_measured.py for each reader."""
+    rows, kinds = forge_measured.signals(), forge_measured.KINDS
+    damaged = {formats.reader_of(forge_measured.content_of(kind, rows, tmp_path)).name for kind in kinds}
+    assert damaged == {reader.name for reader in (formats.TEXT, *formats.READERS)}

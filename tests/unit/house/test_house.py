@@ -119,6 +119,25 @@ def test_every_test_is_in_a_file_that_is_collected():
     assert len({path.name for path in files}) == len(files)
 
 
+def imported(tree):
+    """Names of the modules, or what stands in them, that a syntax tree imports, and its texts, by which some are imported."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom):
+            yield node.module
+            yield from (f"{node.module}.{each.name}" for each in node.names)
+        elif isinstance(node, ast.Import):
+            yield from (each.name for each in node.names)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value
+
+
+def test_every_module_is_used():
+    """One that nothing imports does nothing: a reader of a format without an entry in its table, for example."""
+    names = {name for path in SOURCES for name in imported(ast.parse(path.read_text(encoding="utf-8")))}
+    modules = {".".join(path.relative_to(ROOT / "src").with_suffix("").parts) for path in SOURCES if path.name[:2] != "__"}
+    assert sorted(modules - names) == []
+
+
 def test_the_unit_tests_stand_in_the_wing_that_they_test():
     wings = {path.name for path in (ROOT / "src" / "rsc").iterdir() if path.is_dir() and path.name != "__pycache__"}
     rooms = {path.name for path in (ROOT / "tests" / "unit").iterdir() if path.is_dir() and path.name != "__pycache__"}
