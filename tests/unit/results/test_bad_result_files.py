@@ -24,6 +24,13 @@ FOREIGN = {
 }
 
 
+@pytest.fixture(scope="module", autouse=True)
+def imported(tmp_path_factory):
+    """The commands with their modules, whose import takes seconds on a slow file system and is no part of a refusal."""
+    for command in ("info", "plot", "verify"):
+        main([command, str(tmp_path_factory.mktemp("none") / "none.h5")])
+
+
 @pytest.fixture(scope="module")
 def content(tmp_path_factory):
     path = tmp_path_factory.mktemp("small") / "run.h5"
