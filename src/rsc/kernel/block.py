@@ -175,8 +175,8 @@ def _energy(con, x, v):
 
 @inlined
 def block_work(con, block, begin):
-    """(work of the dampers, `vec.product` of what is put in) over a block from (x, v): the force is its polynomial, so the
-    integrals of v times it are exact, and what the springs and dampers of a coordinate took is what its energy lacks."""
+    """(work of the dampers, work of unbalance and load as a `vec.product`) over a block from (x, v). The force is a polynomial in
+    the block, so its work is exact; a coordinate's own damper has taken what is missing in the coordinate's energy."""
     (x, v), nodes, end = begin, block.nodes, block.end
     first = block.first - ROWS_OF_NUMBER * NODES
     fed = vec.product(x, 0.0 * x)

@@ -149,7 +149,7 @@ def of_contacts(own: Sequence[Motion]) -> Motion:
 def motion_between(
     each: Sequence[Stretches], times: tuple[float, float], scene: Any, diverged: bool = False, driven: bool = False
 ) -> Motion:
-    """`motion_of` a run of a scene between two times, s; each: its stretches at every contact, as `at_contacts` has them."""
+    """The motion of a run of a scene between two times in s; each: the stretches of the run, one Stretches for each contact."""
     first, last = each[0].places(*times)
     begin, end = turns(scene.drive, [each[0].begin[first], each[0].end[last - 1]])
     pairs = zip(each, scene.contacts, strict=True)

@@ -96,7 +96,8 @@ class _Elliptic(Problem):
         return 0.0, *zip(at[0], slope, strict=True)
 
     def motions(self, Psi: float, share=1.0):
-        """X_0 and X_1 of all lines, (2, 2 K, N + M): motions by the contact force of the line and by that of the opposite one."""
+        """X_0 and X_1 of all lines, (2, 2 K, N + M): the responses to a unit contact force at the same frequency, and at the
+        opposite one."""
         first = self.lines_at(Psi)[: len(self.k) // 2]
         motions = contact_motion(self.weakened(share), first, self.Omega)
         return np.concatenate([motions[:2], motions[2:, ::-1]], axis=1)

@@ -101,9 +101,9 @@ class Problem:
             return self.raised()
 
     def residual(self, forces, Psi: float, share=1.0, far=False):
-        """Residual (n,) of the balance, the distances d_k, what is `linear` and the force of the beat.
+        """Residual (n,) of the balance, the deflections d_k, the slopes from `linear`, and the contact force over a beat.
 
-        far : bool, whether the derivatives are for a step from afar.
+        far : bool, whether the solution is still far away: the derivatives then take `forces` for those of the law
         """
         u, own, opposite = self.linear(Psi, share)
         d = u - own[0] * forces

@@ -277,7 +277,8 @@ def clearance_share(system: System, rub):
 
 
 def _joined(ranges):
-    """Ranges of the larger force that continue through a touching of the gap, where only the smaller one ends, as one."""
+    """The ranges, with those joined that meet where the orbit just touches the gap: only the solution with the smaller force ends
+    there, the one with the larger force continues."""
     merged = []
     for new in sorted(ranges, key=lambda r: (r.solution, r.begin.speed)):
         last = merged[-1] if merged else None

@@ -13,7 +13,7 @@ def silent(text: str) -> None:
 
 
 class Patience:
-    """Hands texts on to a note, one every two seconds, the first after as long.
+    """Passes progress texts on to a note: at most one every two seconds, none in the first two.
 
     note : callable of a line of text
     """

@@ -168,7 +168,8 @@ def _systems(scenes: Sequence[SceneLike]) -> list[System]:
     shapes = [f"{system.n_rotor} + {system.n_stator} coordinates" for system in systems]
     for i, shape in enumerate(shapes):
         if shape != shapes[0]:
-            raise SceneError("predict_many", f"scenes[{i}]", shape, f"a scene of {shapes[0]}, as the first", "one call a shape")
+            wanted = f"a scene of {shapes[0]}, as the first one"
+            raise SceneError("predict_many", f"scenes[{i}]", shape, wanted, "call it once for each size")
     watched = [tuple(place.name for place in system.clearances) for system in systems]
     for i, names in enumerate(watched):
         if names != watched[0]:

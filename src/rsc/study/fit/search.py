@@ -83,4 +83,4 @@ def _refuse_impossible(models: Models, windows: NDArray[np.intp], point: Values)
         raise SolverError(f"{where}: the nearest misses its frequency by {frequency}, its amplitude by {amplitude}")
     unstable = _unstable(models, windows, point)
     if unstable > len(windows) // 2:
-        raise SolverError(f"{where} and is stable: that of the nearest is unstable in {unstable} of {len(windows)} windows")
+        raise SolverError(f"{where} as a stable one: it is unstable in {unstable} of {len(windows)} windows of the nearest scene")
