@@ -208,7 +208,7 @@ def _name(motion: LastingMotion) -> str:
 
 
 def _severity(motion: LastingMotion, listed: Motions) -> Severity:
-    """Of a motion of a list; of one that runs away the least severe that an assumed diameter makes of it."""
+    """The severity of a listed motion; of one that runs away, the least one that an assumed contact diameter gives."""
     if motion.bounded:
         return severity_of(motion.motion, motion.border)
     assumed = [severity_of(Kind.ROLLING, one.border) for one in listed.assumed if one.border]

@@ -218,7 +218,7 @@ def _refuse_other_state(
 ) -> None:
     """DataError unless the earlier checkpoint, or the start of the scene where there is none, leads to a checkpoint bit for bit.
 
-    It costs one chunk of steps, and nothing is continued that a computer in trouble, or a forger, put in the place of the state.
+    It costs one chunk of steps; a state that was damaged, or forged, is not continued.
     """
     run = run_of(scene) if earlier is None else Run.resumed(scene, earlier)
     if earlier is not None:
@@ -316,7 +316,7 @@ class _Pace:
 
 @contextlib.contextmanager
 def _caught_signals() -> Iterator[list[int | Exception]]:
-    """Yield the list in which a Ctrl-C, SIGTERM or SIGHUP will be; a second one acts at once, but for that of a closed terminal,
+    """Yield a list to which a Ctrl-C, SIGTERM or SIGHUP is added; a second one acts at once, except SIGHUP of a closed terminal,
     which comes twice. What the caller ignores stays ignored."""
     caught: list[int | Exception] = []
     if threading.current_thread() is not threading.main_thread():
