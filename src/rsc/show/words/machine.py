@@ -68,7 +68,7 @@ def machine_tables(scene):
 
 
 def _magnetic(rotor):
-    """Rows of the magnetic bearings, in the order of the rotor's; among the drawn bearings they follow those with coefficients."""
+    """Rows of the magnetic bearings, in the rotor's order; they are drawn after the bearings with coefficients."""
     controlled = [one[-1] for one in rotor.magnetic_bearings or ()]
     drawn = [part for part in rotor.drawn if part.kind == BEARING]
     return [
