@@ -40,7 +40,7 @@ class Matrices(NamedTuple):
 Found: TypeAlias = tuple[dict[str, Any], dict[str, Any]]
 
 
-class Reader(NamedTuple):
+class MatrixFormat(NamedTuple):
     """One format: its name in messages, whether a content has it, and (content, path, most bytes) -> what it holds."""
 
     name: str
@@ -82,7 +82,7 @@ def read_matrices(path: str | os.PathLike[str], most_file: int = MOST_FILE_BYTES
         raise DataError(one_line(path), "its matrices do not fit into memory") from None
 
 
-def reader_of(content: bytes) -> Reader:
+def reader_of(content: bytes) -> MatrixFormat:
     """The first reader that recognises a file; BadMatrix, which names all formats, if none does."""
     for reader in READERS:
         if reader.recognises(content):
@@ -129,31 +129,31 @@ def _checked(name: str, matrix: Any) -> Any:
 
 # in this order: the first that recognises a content reads it
 READERS = (
-    Reader(
+    MatrixFormat(
         "MAT-file", lambda content: matlab.recognises_level_73(content[:_HEAD]),
         lambda content, _, most: (matlab.read_level_73(content, most), {}),
     ),
-    Reader(
+    MatrixFormat(
         "MAT-file", lambda content: matlab.recognises_level_5(content[:_HEAD]),
         lambda content, _, most: (matlab.read_level_5(content, most), {}),
     ),
-    Reader(
+    MatrixFormat(
         "npz", lambda content: content.startswith((npz.MAGIC_ZIP, npz.MAGIC_ARRAY)),
         lambda content, path, most: (npz.read(content, path.stem, most), {}),
     ),
-    Reader(
+    MatrixFormat(
         "Matrix Market", lambda content: content.startswith(matrix_market.MAGIC),
         lambda content, path, _: (matrix_market.read(content, path.stem), {}),
     ),
-    Reader(
+    MatrixFormat(
         "Harwell-Boeing", lambda content: harwell_boeing.recognises(content[:_HEAD]),
         lambda content, path, _: (harwell_boeing.read(content, path.stem), {}),
     ),
-    Reader(
+    MatrixFormat(
         "OUTPUT4 as text", lambda content: op4.recognises(content[:_HEAD]) or op4.recognises_binary(content[:_HEAD]), _op4,
     ),
-    Reader(
+    MatrixFormat(
         "Abaqus or CalculiX output", lambda content: abaqus.recognises(_whole_lines(content)), _abaqus,
     ),
-    Reader("DMIG", dmig.recognises, lambda content, *_: dmig.read(content)),
+    MatrixFormat("DMIG", dmig.recognises, lambda content, *_: dmig.read(content)),
 )  # fmt: skip
