@@ -1,4 +1,5 @@
-"""The C programs of bench/c, compiled when first used and kept by the content of source, flags and processor."""
+"""The C programs of bench/c, compiled when first used and kept by the content of source and flags and the features of the
+processor."""
 
 import atexit
 import ctypes
@@ -60,7 +61,8 @@ def library(name, *flags):
     if compiler() is None:
         raise NoCompiler("no C compiler on the path")
     source = FOLDER / f"{name}.c"
-    parts = (source.read_text(), *FLAGS, *flags, version(), llvmlite.binding.get_host_cpu_name())
+    processor = llvmlite.binding.get_host_cpu_name(), llvmlite.binding.get_host_cpu_features().flatten()
+    parts = (source.read_text(), *FLAGS, *flags, version(), *processor)
     digest = hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
     folder = cache_folder()
     file = folder / f"{name}_{digest}.so"

@@ -6,7 +6,11 @@
 #include <string.h>
 
 #define L (2 * N)
+#ifdef __AVX512F__
 #define W (L <= 16 ? 4 : 8) /* a register of eight closes a port to all other arithmetic */
+#else
+#define W 4 /* GCC would put vectors of eight together from others, through memory */
+#endif
 #define NB ((L + W - 1) / W)
 #define IN static inline __attribute__((always_inline))
 #define EACH for (int j = 0; j < NB; j++)
