@@ -111,44 +111,41 @@ def of_contact(text, contact, name):
     """Vibration, closest approach, force and share of contact at one of several contacts."""
     loose = ANY_SIZE if contact.report.result.status == "diverged" else LOOSE
     gap = contact.machine.gap
-    free = re.match(rf"vibration up to {SAID} pk-pk; never touched, {SAID} \({NUM} %\) of the clearance of {SAID} left$", text)
+    head, _, rest = text.partition("; ")
+    moved = re.match(rf"vibration up to {SAID} pk-pk (?:at [^(]+ \()?from {NUM} to {NUM} s\)?$", head)
+    free = re.match(rf"never touched, {SAID} \({NUM} %\) of the clearance of {SAID} left$", rest)
     pattern = (
-        rf"vibration up to {SAID} pk-pk; penetration up to {SAID}, {NUM} % of the clearance; up to {SAID} normal at "
+        rf"penetration up to {SAID}, {NUM} % of the clearance; up to {SAID} normal at "
         rf"(?:{NUM} Hz \()?{NUM} s\)?; in contact for {NUM} % of the run$"
     )
-    match = free or re.match(pattern, text)
-    if match is None:
+    match = free or re.match(pattern, rest)
+    if moved is None or match is None:
         yield "unreadable"
         return
-    vibration = size_of(match[1], match[2])
-    yield contact.number(vibration, lambda signals: most_in_windows(signals, contact), loose, 2e-3 * gap)
-    size = size_of(match[4], match[5])
+    span = float(moved[4]), float(moved[5])
+    yield contact.number(size_of(moved[1], moved[2]), lambda signals: extent(signals, span), loose, 2e-3 * gap)
+    size = size_of(match[1], match[2])
     largest = gap - size if free else gap + size
     yield contact.number(largest, lambda signals: signals.largest(signals.d), 0.02, 0.006 * gap)
-    if abs(size / gap - 0.01 * float(match[7])) > 0.06 * size / gap + 1e-3:  # two digits
-        yield f"{size:.4g} m are not {match[7]} % of the clearance"
+    if abs(size / gap - 0.01 * float(match[4])) > 0.06 * size / gap + 1e-3:  # two digits
+        yield f"{size:.4g} m are not {match[4]} % of the clearance"
     if free:
         return
-    yield contact.number(size_of(match[8], match[9]), lambda signals: signals.largest(signals.force), loose)
-    time = float(match[12])
+    yield contact.number(size_of(match[5], match[6]), lambda signals: signals.largest(signals.force), loose)
+    time = float(match[9])
     width = float(np.diff(contact.edges).max()) + 0.006 * time
 
     def share(signals):
         return signals.largest(signals.force, time - width, time + width) / max(signals.force.max(), 1e-300)
 
     yield contact.number(1.0, share, 2.0 * loose)
-    yield contact.number(0.01 * float(match[13]), lambda signals: signals.share(0.0, contact.end), 0.02, 2e-3)
+    yield contact.number(0.01 * float(match[10]), lambda signals: signals.share(0.0, contact.end), 0.02, 2e-3)
 
 
-def most_in_windows(signals, contact):
-    """The larger extent of the rotor in y and z in the window where it is largest, m: in the stretches that the window has, which
-    may begin and end beside its own ends (a rotor that comes to rest loses a tenth within a stretch)."""
-    stretches = contact.report.stretches
-    parts = [stretches.between(*contact.span(i)) for i in range(len(contact.report.fall.time))]
-    spans = [(part.begin, part.end) for part in parts]
-    spans[-1] = spans[-1][0], np.inf
-    pieces = [signals.rotor[signals.part(*span)] for span in spans]
-    return max(max(np.ptp(piece.real), np.ptp(piece.imag)) for piece in pieces if len(piece))
+def extent(signals, span):
+    """The larger extent of the rotor in y and z between two times in s, m."""
+    piece = signals.rotor[signals.part(*span)]
+    return max(np.ptp(piece.real), np.ptp(piece.imag))
 
 
 def of_end(text, witness):

@@ -139,7 +139,7 @@ def _predicted(whirl: Any, best: Best | None, i: int, by_stator: bool) -> tuple[
 
 def _second_order(features: Features, i: int, pair: Followed, best: Best | None, load: float) -> Effects:
     """Parts of the motion that a prediction linearises or neglects, and the size of their squares."""
-    line = max(float(features.size[i]), 1e-300)  # a whirl of which the samples show nothing
+    line = max(float(features.size[i]), 1e-300)  # the samples may show no line of the whirl
     steady = _predicted(pair.whirl, best, i, False)[2]
     parts = {
         "the constant load": load / line,
@@ -216,7 +216,7 @@ def _off_whirl(features: Features, i: int, steady: Steady) -> Window:
 
 def _steady_motion(features: Features, i: int, steady: Steady) -> tuple[np.ndarray, str]:
     """The predicted motions (n_w,) that turn with the shaft of the kind of window i, and its word; of a measured window that
-    reaches the gap the one next to it, since no probe tells whether it touches."""
+    reaches the gap the nearer one, since probes do not show contact."""
     kinds = {Kind.NO_CONTACT: ALONE, Kind.FORWARD_RUB: RUB}
     by = kinds.get(features.kind[i], "")
     if features.kind[i] == ProbeKind.WITH_SHAFT:

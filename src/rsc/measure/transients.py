@@ -22,7 +22,7 @@ def settling(features: Features, growth: np.ndarray, upset: np.ndarray, windows:
     """Windows with rows that differ while a motion decays towards its whirl, or leaves an unstable one, at the predicted rate.
 
     growth : (n_w,) 1/s, of small disturbances of the whirl that each window follows, or of its motion without one
-    upset : (n_w,) bool, where there is no steady whirl with so much unbalance: behind it the motion begins anew
+    upset : (n_w,) bool, where no whirl is steady with so much unbalance: the motion after it starts anew
     """
     columns = list(zip(*windows, strict=True))
     judged = []

@@ -97,7 +97,7 @@ def judged(features: Features, i: int, row: Row, effects: Effects, otherwise: Ve
 
 
 def few_periods(features: Features, line: float) -> tuple[Reason, ...]:
-    """The reason of a line of which a window holds too few periods; line in Hz."""
+    """The reason "too few periods of the line in the window"; line in Hz."""
     return (Reason(Code.FEW_PERIODS, numbers=(float(features.window * abs(line)),)),)
 
 

@@ -12,7 +12,7 @@ import scipy
 
 # off-diagonal entries below this fraction of the diagonal are rounding, not physics
 ROUNDING = 1e-12
-# corrections of modes, each of which squares the error, and the largest entry of a valid correction
+# number of corrections of the modes (each squares the error), and the largest entry of a valid correction
 REFINEMENTS, LARGE_TURN = 2, 1e-3
 
 

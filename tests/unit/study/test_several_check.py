@@ -62,8 +62,10 @@ def test_the_answer_names_the_set_and_tells_each_contact(told):
         whole = told.result.stretches(contact.name).whole()
         share = percent(whole.deflection_max / contact.gap - 1.0)
         assert f"{share} of the clearance; up to " in lines[contact.name]
-        most = 1e6 * told.contacts[contact.name].peak_to_peak.max()
-        assert lines[contact.name].startswith(f"vibration up to {most:.0f} um pk-pk; penetration up to ")
+        most = told.contacts[contact.name].peak_to_peak.max()
+        assert lines[contact.name].startswith(f"vibration up to {1e6 * most:.0f} um pk-pk from ")
+        span = re.search(r"from ([\d.]+) to ([\d.]+) s; penetration up to ", lines[contact.name]).groups()
+        assert told.result.stretches(contact.name).between(*map(float, span)).peak_to_peak == most
         assert f"in contact for {100 * whole.share:.1f} %" in lines[contact.name]
     # the drive pays at both
     paid = sum(0.1 * contact.diameter * told.contacts[contact.name].force[-1] for contact in told.result.scene.contacts)

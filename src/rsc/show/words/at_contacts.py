@@ -4,9 +4,8 @@ import numpy as np
 
 from rsc.measure.stretches import at_contacts
 from rsc.show.words.reasons import percent
-from rsc.show.words.units import largest_finite
 from rsc.show.words.vibration import left_text
-from rsc.show.words.wording import amount, length, vibration
+from rsc.show.words.wording import amount, interval, length, vibration
 
 MOST_NAMES = 3  # of motions of one kind that differ in their contacts
 
@@ -16,8 +15,10 @@ def contact_lines(report, moment):
     force; moment: what a time of the run is in words."""
     lines = []
     for contact, own in zip(report.result.scene.contacts, at_contacts(report.result), strict=True):
-        whole, largest = own.whole(), largest_finite(report.contacts[contact.name].peak_to_peak)
-        text = f"vibration up to {vibration(largest)}; "
+        whole, i = own.whole(), int(np.argmax(np.nan_to_num(report.contacts[contact.name].peak_to_peak)))
+        middle, half = report.features.time[i], 0.5 * report.features.window
+        part = own.between(middle - half, middle + half)
+        text = f"vibration up to {vibration(part.peak_to_peak)} {interval(report, part.begin, part.end)}; "
         if whole.contact_time == 0.0:
             lines.append((contact.name, f"{text}never touched, {left_text(whole.deflection_max, contact.gap)} left"))
             continue
