@@ -23,7 +23,7 @@ def simulated(name, duration, rtol):
     return rsc.simulate(scene), system, initial_state(scene, system)
 
 
-SLOW = {"eccentric ring", "bouncing", "Coulomb friction that reverses"}  # a third of a minute each
+SLOW = {"chains", "eccentric ring", "bouncing", "Coulomb friction that reverses"}  # a third of a minute each
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.nightly] * (name in SLOW)) for name in REGULAR])

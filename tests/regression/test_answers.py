@@ -11,8 +11,9 @@ from rsc.measure.words import DIFFERS, SYNCHRONOUS
 from rsc.show.words.answer import answer, answer_text
 from rsc.study.report.check import report as compared
 from scenes import LAVAL, changed
+from tiers import first
 
-SIBLINGS = range(5)
+SIBLINGS = first(range(5))
 FINE = 200_000.0  # samples a second
 
 

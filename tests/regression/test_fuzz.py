@@ -15,16 +15,16 @@ from scenes import SCENES
 
 
 def test_mutated_scenes_are_run_or_refused(tmp_path):
-    outcomes = Counter(outcome for _, outcome, _ in fuzz.scenes(range(180), tmp_path))
-    assert outcomes["refused (exit 2)"] > 75 and sum(n for o, n in outcomes.items() if o.startswith("run:")) > 12
+    outcomes = Counter(outcome for _, outcome, _ in fuzz.scenes(range(60), tmp_path))
+    assert outcomes["refused (exit 2)"] > 25 and sum(n for o, n in outcomes.items() if o.startswith("run:")) > 3
 
 
 @pytest.mark.parametrize("velocities", [False, True])
 def test_damaged_results_are_refused_or_whole(velocities, tmp_path):
     scene = rsc.Scene.from_dict(SCENES["chains"]).with_values({"output.velocities": velocities})
-    found = fuzz.results(range(75), tmp_path, scene)
+    found = fuzz.results(range(25), tmp_path, scene)
     outcomes = Counter(outcome for _, outcome, _ in found)
-    assert outcomes["refused (exit 4)"] > 50
+    assert outcomes["refused (exit 4)"] > 15
 
 
 def test_damaged_matrix_files_are_read_or_refused(tmp_path):
@@ -38,13 +38,13 @@ def test_imports_of_damaged_files_end_with_a_documented_code(tmp_path):
 
 
 def test_a_forged_analysis_is_used_or_made_anew(tmp_path):
-    outcomes = Counter(outcome for _, outcome, _ in forge_reports.reports(range(25), tmp_path))
-    assert outcomes["made anew"] > 10 and outcomes["used"] > 3 and outcomes.total() == 25
+    outcomes = Counter(outcome for _, outcome, _ in forge_reports.reports(range(6), tmp_path))
+    assert outcomes["made anew"] > 2 and outcomes["used"] > 0 and outcomes.total() == 6
 
 
 def test_forged_measured_files_are_read_or_refused(tmp_path):
-    outcomes = Counter(outcome.rpartition(": ")[2] for _, outcome, _ in forge_measured.measurements(range(300), tmp_path))
-    assert outcomes["refused"] > 100 and outcomes["read"] > 75 and outcomes["compared"] > 2 and outcomes.total() == 300
+    outcomes = Counter(outcome.rpartition(": ")[2] for _, outcome, _ in forge_measured.measurements(range(100), tmp_path))
+    assert outcomes["refused"] > 30 and outcomes["read"] > 25 and outcomes["compared"] > 0 and outcomes.total() == 100
 
 
 def test_a_case_that_takes_too_long_is_stopped(monkeypatch):

@@ -8,6 +8,11 @@ def nightly(*values):
     return pytest.param(*values, marks=pytest.mark.nightly)
 
 
+def first(cases, count=1):
+    """The first of some equal cases in `make test`, the others in `make nightly`."""
+    return [case if i < count else nightly(case) for i, case in enumerate(cases)]
+
+
 def alternating(names, methods):
     """Pairs (name, method): every name with one method in `make test`, in turn, and with the others in `make nightly`."""
     pairs = [(i, name, k, method) for i, name in enumerate(names) for k, method in enumerate(methods)]

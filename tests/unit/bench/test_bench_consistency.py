@@ -10,9 +10,10 @@ import pytest
 sys.path.append(str(Path(__file__).parents[3] / "bench"))
 import rsc
 from consistency import contradictions, lists_alike, of_letters, of_page, of_verdict, scene_of
+from tiers import first
 
 
-@pytest.mark.parametrize("number", range(5))
+@pytest.mark.parametrize("number", first(range(5), 2))
 def test_all_doors_say_the_same(number):
     found, lasting = contradictions(scene_of(2, number))
     assert lasting and found == []

@@ -27,6 +27,7 @@ ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 USERS = ROOT / "docs" / "users"
 NAMES = ("tutorial", "measured", "modes", "journal", "numbers")
+SLOW = {"journal", "measured"}  # half a minute each, where a kernel is compiled
 PAGES = [ROOT / "README.md", ROOT / "docs" / "index.md", *(USERS / f"{name}.md" for name in NAMES)]
 
 
@@ -93,7 +94,9 @@ def occur_in_order(wanted, output):
         assert line in lines, f"not in the output, or not there: {line}"
 
 
-@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", [pytest.param(path, id=path.stem, marks=[pytest.mark.nightly] * (path.stem in SLOW)) for path in PAGES]
+)
 def test_examples_run_and_give_what_they_show(path, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     page, blocks = Page(), BLOCK.findall(path.read_text(encoding="utf-8"))
