@@ -200,15 +200,17 @@ def test_laval_envelope_with_unbalance():
 
 
 def test_first_import_and_a_short_scene_take_under_two_seconds_from_a_warm_cache():
-    """Processor seconds of the new process, so that what else the machine does is not counted."""
-    code = (
-        "import rsc; from pathlib import Path;"
-        f"s = rsc.load_scene({str(REFERENCE / 'laval.toml')!r}).with_values({{'drive.duration': 1.0}}); rsc.simulate(s)"
-    )
-    seconds = []
-    for _ in range(2):  # the first fills the cache where it is cold
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run([sys.executable, "-c", code], check=True)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        seconds.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
-    assert min(seconds) < 2.0
+    """Processor seconds of the new process, so that what else the machine does is not counted; on a machine that needs more than
+    0.6 s to import Numba, longer in the same ratio."""
+    scene = f"rsc.load_scene({str(REFERENCE / 'laval.toml')!r}).with_values({{'drive.duration': 1.0}})"
+    code = f"import rsc; rsc.simulate({scene})"
+    processor_time(code)  # fills the cache where it is cold
+    assert processor_time(code) < 2.0 * max(1.0, processor_time("import numba") / 0.6)
+
+
+def processor_time(code):
+    """Seconds of a new Python."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([sys.executable, "-c", code], check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime

@@ -32,4 +32,4 @@ def test_most_forgeries_are_refused_and_some_files_are_read(outcomes):
     so few cases need not show (docs/maintainers/tables/forged.md)."""
     for command, counts in outcomes[0].items():
         refused = sum(n for word, n in counts.items() if word.startswith("refused"))
-        assert refused > 3 and (counts["done (exit 0)"] > 0 or command == "verify"), command
+        assert refused > 1 and (counts["done (exit 0)"] > 0 or command == "verify"), command

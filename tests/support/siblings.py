@@ -1,17 +1,11 @@
 """Random siblings of machines that answers were once wrong about."""
 
 import numpy as np
-import pytest
 
 import rsc
 from rsc.scene.values import physical_values, with_entries
 
 FIXED = ("drive", "start", "limits", "solver", "output")  # tables whose values stay
-
-
-def seeds(always=2, count=6):
-    """Numbers of siblings, 0 for the machine itself; those from `always` on are left to `make nightly`."""
-    return [number if number < always else pytest.param(number, marks=pytest.mark.nightly) for number in range(count)]
 
 
 def sibling(tables, seed, spread=0.1):

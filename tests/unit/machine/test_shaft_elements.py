@@ -15,6 +15,7 @@ from rsc.machine.shaft.assembly import bare_model, model_of
 from rsc.machine.shaft.division import CHANGE, divided, natural_frequencies
 from rsc.machine.shaft.element import element, shear_factor
 from rsc.machine.shaft.parts import Disk, Material, Section, Shaft, Support, disk_inertias
+from tiers import first
 
 DATA = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").exists()) / "data" / "reference"
 STEEL = Material(7850.0, 210e9, 0.3)
@@ -188,7 +189,7 @@ def random_shaft(number):
     return Shaft(tuple(sections), disks=tuple(disks), supports=supports, places={"contact": draw.uniform(0.0, length)})
 
 
-@pytest.mark.parametrize("number", [pytest.param(number, marks=[pytest.mark.nightly] * (number >= 4)) for number in range(20)])
+@pytest.mark.parametrize("number", first(range(20), 3))
 def test_what_is_stated_of_the_refinement_is_true(number):
     """Halved twice, and turning, the lowest modes change by hardly more than what was stated of halving once."""
     shaft, top = random_shaft(number), 600.0

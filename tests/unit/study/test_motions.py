@@ -15,6 +15,7 @@ from rsc.measure.kinds import Kind
 from rsc.show.words.motions import claim, motions_text
 from rsc.study.motions.search import Search
 from rsc.study.motions.settle import Settling
+from tiers import first
 
 PUMP = {
     "rotor": {"model": "laval", "mass": 12.0, "frequency": 2600 / 60, "damping_ratio": 0.02, "eccentricity": 2e-5},
@@ -62,7 +63,7 @@ def test_where_no_whirl_is_stable_a_bouncing_one_lasts():
     assert (impacts[listed.ended == kinds(listed).index(Kind.NO_CONTACT)].min(initial=9.0)) < 8.0
 
 
-@pytest.mark.parametrize("seed", [2, 4, 8, 10])
+@pytest.mark.parametrize("seed", first([2, 4, 8, 10], 2))
 def test_chaos_that_every_run_leaves_in_the_end_does_not_last(seed):
     """A heavy rotor that touches below: half of all runs are at rest in the forward rub after 30 s, others only later."""
     scene = rsc.Scene.from_dict({
@@ -183,7 +184,7 @@ def disk(**values):
     return scene.with_values({"start.rest": True, "contact.gap": 1.0, **values})
 
 
-@pytest.mark.parametrize("speed", np.random.default_rng(5).uniform(28.0, 31.2, 4).tolist())
+@pytest.mark.parametrize("speed", first(np.random.default_rng(5).uniform(28.0, 31.2, 4).tolist(), 2))
 def test_a_whirl_that_grows_slowly_is_left_however_long_that_takes(speed):
     listed = rsc.motions(disk(), speed, starts=0)
     slow = next(one for one in listed.not_reached if -51.0 < one.frequency < -50.0)
