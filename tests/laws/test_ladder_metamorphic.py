@@ -203,6 +203,7 @@ def matrices(order):
     }
 
 
+@pytest.mark.nightly
 def test_v9_order_of_the_coordinates():
     result = simulated(matrices([0, 1, 2]))
     assert result.summary.switches >= 8

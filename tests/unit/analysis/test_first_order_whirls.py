@@ -103,6 +103,7 @@ def test_derivatives_by_frequency_are_differences(name):
     assert own.receptances(Psi)[1][:, 0, 0] * turn == pytest.approx(first, rel=1e-10)
 
 
+@pytest.mark.nightly  # half a minute with its kernel
 def test_growth_is_that_of_a_disturbed_run():
     """The unstable whirl at -50.13 Hz of the levitated rotor: how fast a run that starts on it leaves it."""
     content = changed(LEVITATED, rotor={"eccentricity": 0.0}, drive={"duration": 0.6},

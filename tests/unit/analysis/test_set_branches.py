@@ -61,6 +61,7 @@ def whirls_of(system, branch, speed):
     return [whirl for whirl in predict_several(system, speed) if whirl.pressed == branch.pressed]
 
 
+@pytest.mark.nightly
 def test_a_run_down_has_the_same_branches_and_loses_its_stability_the_other_way():
     system, speeds = random_several(np.random.default_rng(1)), np.linspace(78.0, 100.0, 45)
     up, down = set_branches(system, speeds, 0), set_branches(system, speeds[::-1], 0)

@@ -14,6 +14,7 @@ from rsc.analysis.several.starts import ranges, secant_candidates
 from rsc.scene.scene import Scene
 from several_systems import dense, random_several
 from systems import TWO_PI
+from tiers import first
 
 LIGHT = 1e-7  # of a mass that stands for none
 
@@ -44,7 +45,7 @@ def forces_of(whirl):
     return np.array([[own.normal_force, np.radians(own.phase)] for own in whirl.contacts.values()]).T
 
 
-@pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.parametrize("n", first([2, 3]))
 def test_whirls_are_those_with_a_light_mass_in_the_place_of_the_states(n):
     """Frequencies, forces, phases, growth and lines of the unbalance, by programs that know nothing of states."""
     compared = 0

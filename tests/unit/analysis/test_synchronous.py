@@ -9,6 +9,7 @@ from rsc.analysis.paper.roots import whirl_roots
 from rsc.analysis.paper.synchronous import forward_rub, synchronous_resonance, synchronous_response, unbalance_response
 from rsc.analysis.paper.whirls import normal_force, whirl_shapes
 from systems import TWO_PI, accelerations, changed, contact_force, expected, fixed_frame_rate, jeffcott, random_system, reference
+from tiers import nightly
 
 
 def whirls(system, Omega):
@@ -66,7 +67,7 @@ def test_an_elastic_contact_brings_its_flexibility_and_half_its_damping():
 
 
 @pytest.mark.parametrize(
-    ("name", "frequency", "speed", "softer"), [("laval", -60.66, 50.0, 1.0), ("mdof_2x2", -38.04, 12.0, 0.03)]
+    ("name", "frequency", "speed", "softer"), [nightly("laval", -60.66, 50.0, 1.0), ("mdof_2x2", -38.04, 12.0, 0.03)]
 )
 def test_lines_are_those_of_the_integrated_motion(name, frequency, speed, softer):
     system, Omega, share = reference(name), TWO_PI * speed, 0.01

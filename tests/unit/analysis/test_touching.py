@@ -12,6 +12,7 @@ from rsc.simulation.run import InitialState
 from rsc.simulation.shot import Shot, packed_for_shots
 from rsc.system.assemble import assemble
 from scenes import SCENES, changed
+from tiers import nightly
 from two_seals import pump
 
 ANGLES = np.deg2rad([0.0, 70.0, 135.0])
@@ -41,7 +42,7 @@ def test_of_a_rotor_that_nothing_holds_it_is_that_of_a_drift():
 @pytest.mark.parametrize(
     "scene",
     [rsc.Scene.from_dict(SCENES["gyroscopic disk"]), rsc.Scene.from_dict(SCENES["chains"]), pump(),
-     rsc.Scene.from_dict(changed(SCENES["chains"], rotor=DIFFERING))],
+     nightly(rsc.Scene.from_dict(changed(SCENES["chains"], rotor=DIFFERING)))],
     ids=["disk", "chain", "two contacts", "supports"],
 )  # fmt: skip
 def test_a_little_more_touches_and_a_little_less_does_not(scene):

@@ -11,6 +11,7 @@ sys.path.append(str(Path(__file__).parents[3] / "bench"))
 from several import errors, whirls
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("count", [2])
 def test_a_predicted_stable_whirl_is_the_end_of_a_run_beside_it(count):
     at_all = ((scene, whirl) for scene, whirl in whirls(3) if len(whirl.pressed) == count)

@@ -67,6 +67,7 @@ def test_settings_of_libraries_that_cannot_be_used_are_one_line(folder, variable
     assert ended == code and errors.startswith(words) and errors.count("\n") == 1
 
 
+@pytest.mark.nightly  # compiles anew; tests/unit/compiled/test_own_folder.py has the folder alone
 def test_a_user_without_name_and_home_runs(folder):
     alone = ["unshare", "-U", "--map-user=4711", "env", "-u", "HOME", "-u", "XDG_CACHE_HOME", sys.executable, "-m", "rsc"]
     if subprocess.run([*alone[:3], "true"], capture_output=True).returncode:

@@ -241,7 +241,8 @@ def test_a_user_without_a_name_or_a_home_to_write_in_can_work(home):
         assert not list((place / "temporary").iterdir())
 
 
-@pytest.mark.parametrize("many", [2, pytest.param(5, marks=pytest.mark.nightly)])
+@pytest.mark.nightly
+@pytest.mark.parametrize("many", [2, 5])
 def test_processes_begin_at_once_with_an_empty_cache(place, many):
     values = many * ["1.5", "2j"]
     processes = [begun(place, value, XDG_CACHE_HOME=str(place / "cache")) for value in values]

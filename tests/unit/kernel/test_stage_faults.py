@@ -162,6 +162,7 @@ def ended_well(end):
     return True
 
 
+@pytest.mark.nightly  # compiles two kernels with a fault
 @pytest.mark.parametrize("method", METHODS)
 def test_a_poisoned_stage_or_term_ends_the_run_at_the_last_good_state(method, ends):
     table = table_of(METHODS[method])
