@@ -13,7 +13,11 @@ def first(cases, count=1):
     return [case if i < count else nightly(case) for i, case in enumerate(cases)]
 
 
-def alternating(names, methods):
-    """Pairs (name, method): every name with one method in `make test`, in turn, and with the others in `make nightly`."""
+def alternating(names, methods, slow=()):
+    """Pairs (name, method): every name with one method in `make test`, in turn, and with the others in `make nightly`; slow names
+    in `make nightly` only."""
     pairs = [(i, name, k, method) for i, name in enumerate(names) for k, method in enumerate(methods)]
-    return [pytest.param(name, method) if i % len(methods) == k else nightly(name, method) for i, name, k, method in pairs]
+    return [
+        pytest.param(name, method) if i % len(methods) == k and name not in slow else nightly(name, method)
+        for i, name, k, method in pairs
+    ]

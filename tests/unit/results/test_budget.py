@@ -17,6 +17,7 @@ from rsc.results import budget
 from rsc.study.run.start import run_of
 from scenes import SCENES, changed
 from systems import reference_scene
+from tiers import nightly
 
 MANY = reference_scene("bouncing").with_values({"drive.duration": 12.0, "output.rate": 1e5})
 FILES = {
@@ -63,7 +64,7 @@ print(json.dumps([notes, 1024 * int(peak.split()[1])]))
 """
 
 
-@pytest.mark.parametrize(("path", "compiling"), [("run.h5", False), (None, False), ("run.h5", True)])
+@pytest.mark.parametrize(("path", "compiling"), [("run.h5", False), (None, False), nightly("run.h5", True)])
 def test_peak_memory_of_the_process(path, compiling, tmp_path):
     """The number a user reads before the start is the one the process has at its end, interpreter and libraries included; also
     where the kernel has to be compiled, which takes more than the run."""

@@ -84,14 +84,14 @@ def test_coordinates_at_rest_change_no_motion(directions):
 
 
 def test_what_fills_a_class_stays_at_rest():
-    run = run_of(scene(N))
+    run = run_of(scene(N, True))
     motion_of(run)
     assert run.work.x[:14].all() and not run.work.x[14:].any() and not run.work.v[14:].any()
 
 
 def test_a_checkpoint_has_the_coordinates_of_the_scene_and_goes_on_with_the_same_bits(monkeypatch):
     monkeypatch.setattr("rsc.simulation.run.CHUNK_STEPS", 100)
-    case = scene(N)
+    case = scene(N, True)
     run = run_of(case)
     chunks = run.chunks()
     next(chunks), next(chunks)
@@ -102,7 +102,7 @@ def test_a_checkpoint_has_the_coordinates_of_the_scene_and_goes_on_with_the_same
     assert len(rest) > 100 and np.array_equal(rest, again)
 
 
-@pytest.mark.parametrize("directions", [False, True])
+@pytest.mark.parametrize("directions", [nightly(False), True])
 def test_velocities_of_a_class_are_those_of_the_scene(directions):
     result = rsc.simulate(scene(N, directions).with_values({"output.velocities": True}))
     assert result.rotor_velocity.shape == (len(result.time), N) and result.stator_velocity.shape == (len(result.time), 1)

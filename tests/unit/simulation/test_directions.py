@@ -17,7 +17,7 @@ from rsc.study.run.ensemble import simulate_many
 from rsc.study.run.simulate import simulate
 from rsc.study.run.start import initial_state, run_of
 from scenes import SCENES, changed
-from tiers import alternating
+from tiers import alternating, nightly
 
 run_module = sys.modules["rsc.simulation.run"]
 BUMP = np.sin(np.pi * np.arange(1, 7) / 7)
@@ -35,6 +35,7 @@ CONTACTS = {
     "3 + 2": changed(SCENES["chains"], drive={"duration": 0.15}),  # each contact makes errors larger
     "6 + 2": SIX,
 }
+SLOW = ("1 + 0", "2 + 1, gyroscopic", "6 + 2")  # a kernel for each
 # a Laval rotor of 1 kg, 40 Hz if alike in all directions, that nothing touches
 STIFFNESS, DAMPING, SPEED = [[5e4, 1.2e4], [-0.3e4, 8e4]], [[12.0, 3.0], [5.0, 25.0]], 37.0
 FREE = changed(
@@ -51,7 +52,7 @@ def scene_of(tables, rtol=1e-9, method="rk45"):
     return Scene.from_dict({**tables, "solver": {"rtol": rtol, "method": method}})
 
 
-@pytest.mark.parametrize(("name", "method"), alternating(CONTACTS, METHODS))
+@pytest.mark.parametrize(("name", "method"), alternating(CONTACTS, METHODS, SLOW))
 def test_motion_in_contact_equals_the_slow_twin(name, method, monkeypatch):
     """All eight matrices, full; the twin's own error is near 1e-7 gaps."""
     system_of, scene = assembled(monkeypatch, directed), scene_of(CONTACTS[name], method=method)
@@ -104,8 +105,9 @@ def test_skew_stiffness_drives_forward_whirl_and_is_booked_as_energy_put_in(meth
     assert abs(ledger.residual) < 20 * 1e-9 * ledger.turnover
 
 
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize(("body", "n"), [("r", 3), ("s", 2)])
+@pytest.mark.parametrize(
+    ("body", "n", "method"), [("r", 3, "rk45"), nightly("s", 2, "rk45"), nightly("r", 3, "taylor8"), nightly("s", 2, "taylor8")]
+)
 def test_each_matrix_is_booked_where_it_belongs(body, n, method, monkeypatch):
     """Anisotropic springs store, skew damping takes nothing, anisotropic damping takes from its body alone."""
     tables = changed(

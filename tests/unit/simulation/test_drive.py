@@ -11,7 +11,7 @@ from rsc.simulation.run import Run
 from rsc.study.run.start import initial_state, run_of
 from rsc.system.assemble import assemble
 from scenes import SCENES, changed
-from tiers import alternating
+from tiers import alternating, nightly
 from two_seals import pump
 
 TWO_PI = 2.0 * np.pi
@@ -155,7 +155,10 @@ def program(scene, times):
     return (made[:n] + 1j * made[n : 2 * n]).T, made[-3] / TWO_PI, made[-4], state[-2], state[-1]
 
 
-@pytest.mark.parametrize(("name", "method"), alternating(BODIES, METHODS))
+SLOW = ("disk", "inclined", "weight", "weight of a disk")  # a kernel for each, and bearings have all that they have
+
+
+@pytest.mark.parametrize(("name", "method"), alternating(BODIES, METHODS, SLOW))
 def test_motion_and_speed_are_those_of_y_z_phi_and_omega(name, method):
     scene = scene_of(BODIES[name], method)
     result = rsc.simulate(scene)
@@ -183,7 +186,7 @@ def test_a_tripped_rotor_that_rubs(method):
     assert result.ledger.change == pytest.approx(kinetic[1] - kinetic[0], rel=2e-3)
 
 
-@pytest.mark.parametrize(("name", "method"), alternating(["laval", "inclined", "bearings"], METHODS))
+@pytest.mark.parametrize(("name", "method"), alternating(["laval", "inclined", "bearings"], METHODS, ["inclined", "bearings"]))
 def test_a_very_heavy_rotor_is_a_prescribed_speed(name, method):
     steady, rate = {"speed": [40.0, 46.0], "duration": 0.3, "schedule": None}, 6.0 / 0.3
     without = dict.fromkeys(("inertia", "torque", "trip", "coast"))
@@ -272,9 +275,13 @@ def test_a_rotor_that_stops_ends_its_run(method):
     assert abs(result.speed[-1]) < 1e-2 and abs(result.ledger.residual) < 1e-6 * result.ledger.turnover
 
 
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("tables", [PUMP, BODIES["disk"], BODIES["bearings"]], ids=["pump", "disk", "bearings"])
-def test_an_interrupted_run_goes_on_with_the_same_bits(tables, method):
+@pytest.mark.parametrize(
+    ("name", "method"),
+    [("pump", "rk45"), ("pump", "taylor8"), ("bearings", "taylor8"), nightly("bearings", "rk45"),
+     *(nightly("disk", method) for method in METHODS)],
+)  # fmt: skip
+def test_an_interrupted_run_goes_on_with_the_same_bits(name, method):
+    tables = PUMP if name == "pump" else BODIES[name]
     scene = scene_of(tables, method, 1e-6, duration=0.6, trip=0.2, torque=[[0.0, 3.0], [38.0, 1.5], [60.0, 1.0]])
     whole, run, cut = rsc.simulate(scene), run_of(scene), run_of(scene)
     cut._chunk_steps = lambda: 1

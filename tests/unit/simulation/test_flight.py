@@ -18,6 +18,7 @@ from rsc.system.assemble import assemble
 from scenes import SCENES, changed
 from tiers import nightly
 
+SLOW = ("no coupling", "springs by component")  # two kernels for each
 RATES = {"500 Hz": 500.0, "2000 Hz": 2000.0, "20 kHz": 20000.0}
 
 
@@ -71,7 +72,7 @@ def at_constant_speed(system, start, times):
     return states[:, :n] + 1j * states[:, n : 2 * n]
 
 
-@pytest.mark.parametrize("name", [nightly("full matrices"), nightly("no coupling"), "springs by component"])
+@pytest.mark.parametrize("name", ["full matrices", nightly("no coupling"), nightly("springs by component")])
 def test_motion_at_constant_speed_equals_a_matrix_exponential(name):
     """Of all coordinates at once in the scene's own, and with fewer steps than stability asks for."""
     scene = scene_of(KINDS[name], drive__speed=12.0, drive__duration=2.0, contact__gap=1e-3, solver__rtol=1e-8)
@@ -83,7 +84,7 @@ def test_motion_at_constant_speed_equals_a_matrix_exponential(name):
     assert abs(result.rotor - wanted).max() < 1e-7 * scene.contact.gap
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", [nightly(name) if name in SLOW else name for name in KINDS])
 def test_run_up_equals_the_slow_twin(name):
     scene = scene_of(KINDS[name], drive__duration=0.06, solver__rtol=1e-9, contact__gap=1e-3)
     assert run_of(scene).packed.model.flight
@@ -93,7 +94,7 @@ def test_run_up_equals_the_slow_twin(name):
     assert abs(result.stator - stator).max(initial=0.0) < 2e-7 * scene.contact.gap
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", [nightly(name) if name in SLOW else name for name in KINDS])
 def test_flight_is_as_good_as_steps(name):
     """Motion, contacts, ledger and facts of a run with contacts, against one by steps alone at a tighter tolerance."""
     scene = scene_of(KINDS[name], solver__rtol=1e-8)
