@@ -14,6 +14,9 @@ DOCS := $(VENV)-docs/$(PROGRAMS)
 DOCS_STAMP := $(VENV)-docs/.installed
 REFERENCE := data/reference/gyroscopic_figure3
 
+# byte code is kept whatever the shell says: the tests start hundreds of programs, and each would compile all sources anew
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: run paper browser quick test nightly lint release versions bench bench-quick stability docs clean
 
 # the paper's Figures 3 right and 4, and with a smaller gap 3 left, from one rotor
