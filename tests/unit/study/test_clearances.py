@@ -99,7 +99,7 @@ def test_a_run_keeps_what_its_samples_show(name, method):
         assert [row["passed"] is None for row in rows] == [False, True]  # so that both cases are seen
 
 
-@pytest.mark.parametrize("name", ["chains", "bouncing", "rigid wall"])
+@pytest.mark.parametrize("name", ["chains", "bouncing", nightly("rigid wall")])
 def test_no_bit_of_a_run_changes(name):
     alone = rsc.simulate(Scene.from_dict(SCENES[name]))
     result = rsc.simulate(scene(name, [GROUND]))

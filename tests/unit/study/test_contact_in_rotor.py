@@ -230,6 +230,7 @@ def machine(tmp_path):
     return model, scene
 
 
+@pytest.mark.nightly  # half a minute for its kernel
 def test_two_nodes_of_a_machine_touch_each_other(machine):
     """The receptance is that of the difference of both nodes, and its whirls are those of the full matrices."""
     model, scene = machine

@@ -68,6 +68,7 @@ def test_values_are_found_from_a_wrong_guess(measured):
     assert set(fit.use) == {"fitted", "held back"} and (fit.use == "held back").sum() == len(fit.use) // 3
 
 
+@pytest.mark.nightly
 def test_without_a_keyphasor_the_direction_of_the_unbalance_is_not_fitted(tmp_path):
     """The logger was started 400 samples later than the shaft, and has a speed only."""
     run = run_of("pump")
@@ -124,6 +125,7 @@ def test_a_model_that_cannot_be_right_is_refused_before_any_simulation(measured)
     assert not any("round" in note for note in notes)
 
 
+@pytest.mark.nightly
 def test_what_a_scene_cannot_explain_is_warned_of(measured):
     fit = rsc.fit(guess(), measured("chain", noise=0.5e-6), FREE)
     # a misfit of 1.6; of a scene that explains the run it is below 1
@@ -134,6 +136,7 @@ def test_what_a_scene_cannot_explain_is_warned_of(measured):
     assert abs(friction.value / 0.2 - 1.0) < 0.055 and abs(gap.value / 2.5e-4 - 1.0) < 0.05
 
 
+@pytest.mark.nightly
 def test_windows_in_which_a_run_jumps_from_whirl_to_whirl_do_not_lead_the_fit(tmp_path):
     scene = rsc.load_scene(REFERENCE / "gyroscopic_figure3_right.toml").with_values({"drive.duration": 100.0})
     seen = rsc.read_measured(write_measured(rsc.simulate(scene), tmp_path / "jump.toml", noise=2e-6))

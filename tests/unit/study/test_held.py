@@ -122,6 +122,7 @@ def test_what_takes_too_long_is_said_to_be_unknown():
     assert re.fullmatch(r"the rotor is at [\d.]+ Hz after [\d.]+ s, not settled", held_text((own,)).partition(": ")[2])
 
 
+@pytest.mark.nightly  # half a minute, most of it for the kernel
 def test_a_race_goes_on_turning_when_its_motion_is_released():
     """A rotor that lies in its bearing and has spun the race up: nothing jumps."""
     contact = {"gap": 2.5e-4, "friction": 0.1, "stiffness": 3e7, "damping_ratio": 0.1, "diameter": 0.03, "race_inertia": 2e-5,
@@ -230,6 +231,7 @@ def test_answer_and_page_say_what_the_drive_holds(tmp_path):
     assert "the drive gives -2 N m: the rotor leaves it at" in page
 
 
+@pytest.mark.nightly  # half a minute, most of it for the kernel
 def test_a_whirl_at_two_seals_takes_the_torque_of_both():
     """What is predicted of the whirl is what the run takes from the drive at first: P = torque Omega."""
     content = two_seals().to_dict() | {
