@@ -202,7 +202,8 @@ def test_the_remark_tells_how_far_the_whirl_of_the_full_model_lies(model, tmp_pa
     assert stated == pytest.approx(known.frequency - whirl.frequency, rel=0.1)
 
 
-@pytest.mark.parametrize("method", ["rk45", pytest.param("taylor8", marks=pytest.mark.nightly)])
+@pytest.mark.nightly  # three quarters of a minute for each kernel
+@pytest.mark.parametrize("method", ["rk45", "taylor8"])
 def test_an_impact_ends_in_the_whirl_at_both_as_in_the_full_rotor(model, tmp_path, method):
     scene = two_seals(tmp_path, model, tolerance=1e-6)
     (whirl,) = (whirl for whirl in rsc.predict(scene, 50.0) if whirl.stable)

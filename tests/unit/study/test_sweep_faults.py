@@ -22,6 +22,7 @@ def undisturbed(tmp_path_factory):
     return scene, seconds, faults.content(folder / "store")
 
 
+@pytest.mark.nightly
 def test_kills_at_random_moments_cost_nothing(undisturbed, tmp_path):
     scene, seconds, expected = undisturbed
     dice, killed, latest = random.Random(1), 0, 0.5 * seconds
