@@ -1,4 +1,4 @@
-"""The first 15 forged files of runs and sweeps; `tools/forged.py` tries 20,000."""
+"""The first 20 forged files of runs and sweeps; `tools/forged.py` tries 20,000."""
 
 import tempfile
 from collections import Counter
@@ -13,7 +13,7 @@ def outcomes():
     """Command -> Counter of what became of the cases; and the problems, one for a case."""
     commands, problems = {}, []
     with tempfile.TemporaryDirectory() as folder, trials.samples(folder, pictures=False) as pairs:
-        for number, ends, problem in trials.trials(range(15), pairs, trials.swept(folder), folder):
+        for number, ends, problem in trials.trials(range(20), pairs, trials.swept(folder), folder):
             for command, word in (ends or {}).items():
                 commands.setdefault(command, Counter())[word] += 1
             if problem:
