@@ -155,7 +155,7 @@ def program(scene, times):
     return (made[:n] + 1j * made[n : 2 * n]).T, made[-3] / TWO_PI, made[-4], state[-2], state[-1]
 
 
-SLOW = ("disk", "inclined", "weight", "weight of a disk")  # a kernel for each, and bearings have all that they have
+SLOW = ("disk", "inclined", "chains", "weight", "weight of a disk")  # a kernel for each, and bearings have all that they have
 
 
 @pytest.mark.parametrize(("name", "method"), alternating(BODIES, METHODS, SLOW))
@@ -200,7 +200,7 @@ def test_a_very_heavy_rotor_is_a_prescribed_speed(name, method):
     assert abs(ours.speed - theirs.speed).max() < 1e-9
 
 
-@pytest.mark.parametrize(("rtol", "method"), alternating([1e-4, 1e-6], METHODS))
+@pytest.mark.parametrize(("rtol", "method"), alternating([1e-4, 1e-6], METHODS, [1e-6]))
 def test_steps_end_on_knots_of_coefficients(method, rtol):
     """The stiffness rises between two knots that are next to each other: a step over one of them would err by more."""
     knots = [[hz, [k, 0.0, 0.0, k]] for hz, k in ((34.0, 0.0), (36.0, 0.0), (36.01, 6e5), (50.0, 6e5))]

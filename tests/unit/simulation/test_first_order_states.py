@@ -12,6 +12,7 @@ from rsc.study.run.start import initial_state
 from rsc.study.run.verify import verify
 from rsc.system.assemble import assemble
 from scenes import SCENES, changed
+from tiers import nightly
 from two_seals import pump
 
 CONTROLLER = {"negative_stiffness": 5e4, "proportional": 3e5, "integral": 1e6, "derivative": 200.0, "derivative_filter": 1e4,
@@ -51,7 +52,7 @@ def test_run_up_in_a_magnetic_bearing_has_the_numbers_of_two_other_programs(meth
 
 
 # with skew springs the chains have all terms that they have without
-@pytest.mark.parametrize("name", ["levitated", pytest.param("chains", marks=pytest.mark.nightly), "with skew springs"])
+@pytest.mark.parametrize("name", ["levitated", nightly("chains"), nightly("with skew springs")])
 def test_motion_and_states_equal_those_of_the_slow_twin(name):
     scene = Scene.from_dict(BODIES[name])
     system = assemble(scene)
