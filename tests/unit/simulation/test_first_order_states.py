@@ -84,7 +84,7 @@ def test_states_beside_other_contacts_a_race_and_an_integrated_speed():
         assert abs(result.ledger.residual) < 1e-6 * result.ledger.turnover and result.ledger.control_in != 0.0
 
 
-@pytest.mark.parametrize(("method", "order"), [("rk45", 5.0), ("taylor8", 8.0)])
+@pytest.mark.parametrize(("method", "order"), [nightly("rk45", 5.0), ("taylor8", 8.0)])
 def test_order_without_contact(method, order):
     """States slow enough that the error, and not their stability, holds the steps."""
     soft = {"matrix": [[-60.0, 0.0], [300.0, -90.0]], "displacement": [[60.0], [0.0]], "velocity": [[0.0], [20.0]],

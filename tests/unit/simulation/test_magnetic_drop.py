@@ -6,13 +6,13 @@ import pytest
 import rsc
 from levitated import motion
 from rsc.errors import SceneError
-from rsc.kernel.tableau import METHODS
 from rsc.scene.scene import Scene
 from rsc.simulation.run import Run
 from rsc.study.prediction.predictions import predictions
 from rsc.study.run.start import run_of
 from rsc.system.assemble import assemble
 from scenes import changed
+from tiers import nightly
 
 KEYS = {"negative_stiffness": 5e4, "proportional": 3e5, "integral": 1e6, "derivative": 200.0, "derivative_filter": 4e3,
         "amplifier": 400.0}  # fmt: skip
@@ -44,7 +44,7 @@ def scene():
     return Scene.from_dict(levitated(solver={"rtol": 1e-10}))
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", ["taylor8", nightly("rk45")])
 def test_the_drop_is_that_of_another_program_and_the_ledger_closes(scene, method):
     result = rsc.simulate(scene.with_values({"solver.method": method}))
     bearings = levitated()["rotor"]["magnetic_bearings"]
