@@ -155,7 +155,7 @@ def program(scene, times):
     return (made[:n] + 1j * made[n : 2 * n]).T, made[-3] / TWO_PI, made[-4], state[-2], state[-1]
 
 
-SLOW = ("disk", "inclined", "chains", "weight", "weight of a disk")  # a kernel for each, and bearings have all that they have
+SLOW = ("disk", "inclined", "chains", "weight", "weight of a disk")  # a kernel for each
 
 
 @pytest.mark.parametrize(("name", "method"), alternating(BODIES, METHODS, SLOW))
