@@ -19,8 +19,7 @@ LONGEST = 20.0  # s of processor time, with compiled kernels
 LINES = range(20, 71)
 HEAVIEST = 80_000  # bytes of a picture
 LONG = {  # ten seconds and more, compiling included
-    "clearances", "compressor", "fitted", "journal_bearings", "levitated_machine", "levitated_rotor", "own_integrator",
-    "rotor_drop", "shaft_drop",
+    "clearances", "compressor", "fitted", "journal_bearings", "levitated_machine", "levitated_rotor", "rotor_drop", "shaft_drop",
 }  # fmt: skip
 
 

@@ -108,6 +108,17 @@ def test_states_end_where_their_switches_are_zero():
     assert {0, 1, 2} <= seen
 
 
+def test_a_run_leaves_the_place_where_a_switch_is_exactly_zero():
+    """There one state ended and the next begins; an event found again at its own start would hold a run for ever."""
+    equations = rsc.equations(scene_of(LAVAL))
+    y = np.zeros_like(equations.start)
+    y[0] = 1.1 * equations.constants.gap[0]  # pressed into the stator and at rest, from where it opens: delta' is zero
+    opening = np.array([[2, 0]])
+    how = {"events": equations.switches(opening), "args": (opening,), "first_step": 1e-3, "rtol": 1.0, "atol": equations.scale}
+    run = solve_ivp(equations.rhs, (0.0, 0.01), y, "DOP853", **how)  # its first step holds the way out and in again
+    assert run.t[-1] > 1e-4
+
+
 def test_the_layout_has_names_and_units():
     equations = rsc.equations(scene_of(LAVAL))
     assert [entry.name for entry in equations.layout[:4]] == ["rotor 0 y", "stator 0 y", "rotor 0 z", "stator 0 z"]

@@ -1,5 +1,6 @@
 """`rsc.equations`: the equations of motion of a scene for an integrator of your own."""
 
+import sys
 from collections.abc import Callable
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -41,7 +42,8 @@ class Switch:
         self._value, self.direction, self._after = value, direction, after
 
     def __call__(self, t: float, y: Real, *_: object) -> float:
-        return self._value(t, y)
+        # an exact zero is where the state before ended: solve_ivp would find it again, and no run could leave it
+        return self._value(t, y) or -self.direction * sys.float_info.min
 
     def after(self, t: float, y: Real) -> States:
         """(n_contacts, 2) the states behind it."""
