@@ -4,7 +4,7 @@ import importlib.metadata
 from typing import NamedTuple
 
 import c_code
-from peers import cvode_peer, cyrk_peer, fixed_step, heyoka_peer, numbalsoda_peer, own, scipy_peers
+from peers import cvode_peer, cyrk_peer, exudyn_peer, fixed_step, heyoka_peer, numbalsoda_peer, own, scipy_peers
 
 DECADES = tuple(10.0**-i for i in range(3, 13))
 EVERY_OTHER = DECADES[::2]
@@ -63,6 +63,7 @@ def entrants(quick=False):
     everyone += [
         Entrant(f"{method}, fixed step", _with(fixed_step.Fixed, method), STEPS, "fixed", True) for method in ("RK4", "Newmark")
     ]
+    everyone.append(Entrant("Exudyn RK67, fixed step", exudyn_peer.Exudyn, STEPS[:6], "fixed", True, False))
     if not quick:
         return everyone
     return [e._replace(settings=QUICK_STEPS if e.fixed else QUICK_TOLERANCES) for e in everyone if e.quick]
@@ -71,7 +72,7 @@ def entrants(quick=False):
 def versions():
     """Versions of everything that runs, the absent ones named."""
     found = []
-    for name in ("numba", "numpy", "scipy", "heyoka", "CyRK", "numbalsoda", "scikit-sundae"):
+    for name in ("numba", "numpy", "scipy", "heyoka", "CyRK", "numbalsoda", "scikit-sundae", "exudyn"):
         try:
             found.append(f"{name} {importlib.metadata.version(name)}")
         except importlib.metadata.PackageNotFoundError:

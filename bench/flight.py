@@ -277,7 +277,8 @@ def main():
     text = "\n".join(lines)
     print(text)
     if options.write:
-        write_page(RESULTS / "flight.md", "Flight between contacts", "python bench/flight.py --write", text)
+        command = f"python bench/flight.py --onsets {options.onsets} --write"
+        write_page(RESULTS / "flight.md", "Flight between contacts", command, text)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ import c_code
 from peers.common import Absent
 from peers.cvode_peer import Cvode
 from peers.cyrk_peer import CyRK
+from peers.exudyn_peer import Exudyn
 from peers.fixed_step import Fixed
 from peers.heyoka_peer import Heyoka
 from peers.numbalsoda_peer import Numbalsoda
@@ -31,6 +32,7 @@ METHODS = {
     "numbalsoda LSODA": (Numbalsoda, ("LSODA",), 1e-8, 1e-2),
     "CVODE Adams": (Cvode, ("Adams",), 1e-8, 1e-2),
     "heyoka": (Heyoka, (), 1e-8, 1e-8),
+    "Exudyn": (Exudyn, (), 64, 1e-2),
     "RK4": (Fixed, ("RK4",), 64, 1e-2),
     "Newmark": (Fixed, ("Newmark",), 64, 1e-1),
 }
