@@ -13,6 +13,7 @@ import csv
 import multiprocessing
 import platform
 import subprocess
+import sys
 import time
 import warnings
 from concurrent.futures import ProcessPoolExecutor
@@ -27,6 +28,9 @@ from peers.common import Absent
 from peers.own import RSC_METHODS, Rsc
 from problems import NAMES, problem, results_folder
 from reference import solution
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "tools"))
+from pages import machine
 
 # shares of the duration in a short run; both run on one compiled kernel: larger ones, if asked for, spend their time on compiling
 QUICK_SHARE, OTHER_SHARE = {"P1": 0.1, "P1c": 0.3}, 0.1
@@ -185,12 +189,7 @@ def read(name, folder):
 
 def host():
     """One line on the machine."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-        name = next(line.split(":")[1].strip() for line in lines if line.startswith("model name"))
-    except (OSError, StopIteration):
-        name = platform.processor()
-    return f"{name or platform.machine()}, {platform.system()}, Python {platform.python_version()}"
+    return f"{machine()}, {platform.system()}, Python {platform.python_version()}"
 
 
 def run(name, options, known):
