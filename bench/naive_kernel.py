@@ -10,6 +10,8 @@ import numba
 import numpy as np
 from scipy.integrate import RK45
 
+from driven import DrivenMatrices, right_hand_side_driven
+
 A = np.zeros((7, 7))
 A[:6, :5] = RK45.A
 A[6, :6] = RK45.B
@@ -130,6 +132,8 @@ def right_hand_side_turning(m, t, y, out):
 
 def right_hand_side_of(matrices):
     """The shortest of the right-hand sides that a problem needs."""
+    if isinstance(matrices, DrivenMatrices):
+        return right_hand_side_driven
     if not matrices.plain:
         return right_hand_side_turning
     return right_hand_side_1_1 if matrices.stiffness_r.size == matrices.stiffness_s.size == 1 else right_hand_side
@@ -196,7 +200,7 @@ def _stepper(f):  # noqa: C901 - the textbook loop in one piece, on purpose
     return run
 
 
-MARCHES = {f: _stepper(f) for f in (right_hand_side_1_1, right_hand_side, right_hand_side_turning)}
+MARCHES = {f: _stepper(f) for f in (right_hand_side_1_1, right_hand_side, right_hand_side_turning, right_hand_side_driven)}
 
 
 def naive_run(problem, tol, rate):

@@ -8,6 +8,7 @@
 | P3 | a thousand variants of P1, 2 s each (`variants`) |
 | gyro | the paper's gyroscopic run-up (reconstructed scene), 10 s through the synchronous resonance on whirl A |
 | ROSS | a two-disc finite-element rotor of 12 modes rubbing on a rigid ring, run-up 0 to 1200 rpm in 20 s (ross_rotor.py) |
+| pump | a pump in whirl at two seals, run up by its motor's torque, with a bearing that follows the speed, 5 s (driven.py) |
 
 gyro is cut from the scene of Figure 3 (right), 20 to 150 Hz in 120 s, to 36 to 46.8 Hz at the same rate: there whirl A is
 stable (it loses stability at 68.6 Hz), so errors do not grow and a reference exists; after that the delayed jump magnifies every
@@ -20,6 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from driven import SCENE, Driven
 from ross_rotor import ross_scene
 from rsc import load_scene
 from rsc.study.run.start import initial_state
@@ -27,7 +29,7 @@ from rsc.system.assemble import assemble
 
 DATA = Path(__file__).parents[1] / "data" / "reference"
 FILES = {"P1": "laval.toml", "P1c": "bouncing.toml", "P2": "chain_10.toml", "gyro": "gyroscopic_transition.toml"}
-NAMES = (*FILES, "ROSS")
+NAMES = (*FILES, "ROSS", "pump")
 RESULTS, QUICK_RESULTS = Path(__file__).parent / "results", Path(__file__).parents[1] / "out" / "bench"
 RATE = 2000.0  # output grid, 1/s
 VARIANTS, VARIANT_SEED = 1000, 20260101
@@ -123,7 +125,9 @@ def state_of(parts):
 
 @cache
 def problem(name, share=1.0):
-    """One of NAMES as `Problem`; `share` < 1 keeps only the first part of its span (the same run, ended earlier)."""
+    """One of NAMES as `Problem` or `Driven`; `share` < 1 keeps only the first part of its span (the same run, ended earlier)."""
+    if name == "pump":
+        return Driven(share)
     scene = scene_of(name)
     if share < 1.0:
         scene = shortened(scene, share)
@@ -132,7 +136,7 @@ def problem(name, share=1.0):
 
 def scene_of(name):
     """The scene of one of NAMES."""
-    scene = ross_scene() if name == "ROSS" else load_scene(DATA / FILES[name])
+    scene = ross_scene() if name == "ROSS" else load_scene(SCENE if name == "pump" else DATA / FILES[name])
     if name == "gyro":
         speeds = [36.0, 36.0 + 10.0 * 130.0 / 120.0]
         scene = scene.with_values({"drive.speed": speeds, "drive.duration": 10.0, "start.whirl": -37.1})
@@ -169,6 +173,8 @@ def variants(count=VARIANTS):
 
 def displacements(rows, problem):
     """Complex displacements (samples, N + M) from rows of the yardstick's state."""
+    if isinstance(problem, Driven):
+        return problem.displacements(rows)
     n, m = problem.matrices.stiffness_r.shape[0], problem.matrices.stiffness_s.shape[0]
     rotor = rows[:, :n] + 1j * rows[:, n : 2 * n]
     stator = rows[:, 2 * n : 2 * n + m] + 1j * rows[:, 2 * n + m : 2 * (n + m)]

@@ -10,6 +10,7 @@ difference between two numbers of substeps.
 import ctypes
 import hashlib
 import math
+from pathlib import Path
 from typing import NamedTuple
 
 import numba
@@ -17,6 +18,7 @@ import numpy as np
 from scipy.integrate._ivp import dop853_coefficients as dop
 
 import c_code
+import driven
 from naive_kernel import right_hand_side, right_hand_side_1_1, right_hand_side_of
 from problems import RATE, displacements
 
@@ -168,6 +170,8 @@ def gbs_run(problem, rate, substeps, columns):
 # problem: (columns, steps between two output times of the reference, and of the coarser run that its error is told from); the
 # steps are short enough that no switch hides between two looks at the contact
 RESOLUTION = {"P1": (8, 6, 4), "P1c": (8, 8, 6), "P2": (8, 6, 4), "P3": (6, 6, 4), "gyro": (8, 8, 6), "ROSS": (6, 6, 4)}
+GBS = c_code.FOLDER / "reference.c"
+DRIVEN = 12, 8  # steps between two output times of the pump's
 
 
 class Solution(NamedTuple):
@@ -182,33 +186,37 @@ class Solution(NamedTuple):
 def solution(problem):
     """The reference of a problem; without a C compiler the double-precision one, whose own error then limits what can be drawn.
 
-    Its error: the largest difference to a run with longer steps, divided by (ratio of the steps)^(half the order).
-    Kept on disk by the content of the problem and of c/reference.c, as the compiled code is.
+    Its error: the largest difference to a run with longer steps, divided by (ratio of the steps)^(half the order), of DOP853 in
+    `driven` by (ratio)^8. Kept on disk by the content of the problem and of the source that made it, as the compiled code is.
     """
     gap = problem.matrices.gap
-    columns, many, fewer = RESOLUTION[problem.name]
-    try:
-        fine, switches = _kept(problem, many, columns)
-        coarse, _ = _kept(problem, fewer, columns)
+    if isinstance(problem, driven.Driven):
+        many, fewer = DRIVEN
+        (fine, switches), (coarse, _) = (_kept(problem, driven.__file__, driven.reference_run, n) for n in DRIVEN)
+        gain, how = (many / fewer) ** 8, "DOP853 in doubles, switches and corners of both tables located"
+    else:
+        columns, many, fewer = RESOLUTION[problem.name]
         gain = (many / fewer) ** columns
         how = f"extrapolation (GBS) of order {2 * columns} in 80-bit numbers, switches located"
-    except c_code.NoCompiler:
-        (coarse, _), (fine, switches) = (reference_run(problem, RATE, n) for n in (12, 16))
-        gain = 1.0
-        how = "DOP853 in doubles, switches located (no C compiler here)"
+        try:
+            (fine, switches), (coarse, _) = (_kept(problem, GBS, gbs_run, RATE, n, columns) for n in (many, fewer))
+        except c_code.NoCompiler:
+            (coarse, _), (fine, switches) = (reference_run(problem, RATE, n) for n in (12, 16))
+            gain, how = 1.0, "DOP853 in doubles, switches located (no C compiler here)"
     motion = displacements(fine, problem)
     error = abs(motion - displacements(coarse, problem)).max() / (gap * gain)
     return Solution(motion, float(error), switches, how)
 
 
-def _kept(problem, substeps, columns):
-    content = hashlib.sha256((c_code.FOLDER / "reference.c").read_bytes())
-    for part in (*problem.matrices, problem.start, problem.duration, RATE, substeps, columns):
+def _kept(problem, source, run, *settings):
+    """(states on the output grid, switches) that `run` of a source makes of a problem, computed once."""
+    content = hashlib.sha256(Path(source).read_bytes())
+    for part in (*problem.matrices, problem.start, problem.duration, *settings):
         content.update(np.asarray(part, dtype=float).tobytes())
     file = c_code.cache_folder() / f"reference_{content.hexdigest()[:20]}.npz"
     if file.exists():
         with np.load(file, allow_pickle=False) as kept:
             return kept["rows"], int(kept["switches"])
-    rows, switches = gbs_run(problem, RATE, substeps, columns)
+    rows, switches = run(problem, *settings)
     np.savez(file, rows=rows, switches=switches)
     return rows, switches

@@ -1,6 +1,6 @@
 """Work-precision diagrams: error against running time and against right-hand-side calls, all methods interleaved in one run.
 
-    python bench/work_precision.py [--problems P1 P1c P2 gyro ROSS] [--quick] [--only NAME ...] [--repeats 5] [--limit 2]
+    python bench/work_precision.py [--problems P1 P1c P2 gyro ROSS pump] [--quick] [--only NAME ...] [--repeats 5] [--limit 2]
 
 Error: largest displacement error on the 2 kHz grid, in gaps, against bench/reference.py. Time: processor time of the integration
 alone, with output on the grid, median of the repeats (of a point that failed: one run); the first call's compilation apart. A

@@ -17,6 +17,7 @@ TITLES = {
     "P1c": "P1c: bouncing, 306 contact onsets in 10 s",
     "P2": "P2: ten disks and three stator masses in backward whirl, 10 s",
     "gyro": "gyro: the paper's gyroscopic rotor in backward whirl, 10 s through the synchronous resonance",
+    "pump": "pump: whirl at two seals, run up by a motor's torque, a bearing that follows the speed, 5 s",
     "ROSS": "ROSS: two-disc finite-element rotor, 12 modes, 20 s run-up into the rub",
 }
 CAUSES = (

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from driven import Driven, right_hand_side_driven
 from naive_kernel import right_hand_side_of
 from problems import Matrices, displacements
 
@@ -42,6 +43,8 @@ def slim_right_hand_side(problem):
 
     p[0] counts the calls. Methods and problems of one shape share the compiled f.
     """
+    if isinstance(problem, Driven):
+        return _slim_driven(problem), np.zeros(1)
     m = problem.matrices
     fields = ("stiffness_r", "damping_r", "gyroscopic_r", "stiffness_s", "damping_s", "unbalance", "euler")
     numbers = (m.per_mass_r, m.per_mass_s, m.gap, m.friction, m.k_c, m.b_c, m.omega, m.omega_dot)
@@ -63,6 +66,24 @@ def _slim(inner, n, k, i_r, i_s):
         inner(m, t, y, dy)
 
     return f
+
+
+def _slim_driven(problem):
+    """The same of a `Driven`, with its matrices as constants."""
+    m = problem.matrices
+
+    @numba.njit(error_model="numpy")
+    def f(t, y, p, dy):
+        p[0] += 1.0
+        right_hand_side_driven(m, t, y, dy)
+
+    return f
+
+
+def refuse_driven(problem):
+    """Absent for what knows one contact and a prescribed speed."""
+    if isinstance(problem, Driven):
+        raise Absent("written for one contact and a prescribed speed")
 
 
 @cache

@@ -11,7 +11,7 @@ import time
 import numpy as np
 from scipy.linalg import block_diag
 
-from peers.common import Absent, Outcome
+from peers.common import Absent, Outcome, refuse_driven
 from problems import RATE
 
 STAGES = 9
@@ -62,6 +62,7 @@ class Exudyn:
             from exudyn.advancedUtilities import CreateSymbolicUserFunction
         except ImportError as cause:
             raise Absent("Exudyn is not installed") from cause
+        refuse_driven(problem)
         if problem.matrices.gyroscopic_r.any() and 2 * problem.matrices.gyroscopic_r.shape[0] > LONGEST:
             raise Absent("Exudyn ends the process at gyroscopic terms of so many coordinates")
         self.exudyn, self.symbolic, self.problem = exudyn, CreateSymbolicUserFunction, problem

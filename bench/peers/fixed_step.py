@@ -12,7 +12,7 @@ import numba
 import numpy as np
 
 from naive_kernel import right_hand_side_of
-from peers.common import Outcome, motion_of, seconds_per_call
+from peers.common import Outcome, motion_of, refuse_driven, seconds_per_call
 from problems import RATE
 
 
@@ -108,6 +108,8 @@ class Fixed:
 
     def __init__(self, problem, method):
         self.problem, self.newmark = problem, method == "Newmark"
+        if self.newmark:
+            refuse_driven(problem)
         self.f = right_hand_side_of(problem.matrices)
         self.per_call = seconds_per_call(problem)
 

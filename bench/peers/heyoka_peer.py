@@ -10,7 +10,7 @@ import time
 
 import numpy as np
 
-from peers.common import Absent, Outcome, motion_of
+from peers.common import Absent, Outcome, motion_of, refuse_driven
 
 PIECE = 2000  # output times
 # gaps: onset and release this little behind the switch, for an integrator that begins on a root of its event misses the next one
@@ -60,6 +60,7 @@ class Heyoka:
             import heyoka
         except ImportError as cause:
             raise Absent("heyoka is not installed") from cause
+        refuse_driven(problem)
         self.hy, self.problem, self.made, self.tol = heyoka, problem, None, None
 
     def _integrators(self, tol):

@@ -8,7 +8,7 @@ import numpy as np
 
 import c_code
 from naive_kernel import naive_run
-from peers.common import Absent, Outcome
+from peers.common import Absent, Outcome, refuse_driven
 from problems import RATE, displacements
 from rsc.kernel import model as kernel
 from rsc.kernel.march import march
@@ -48,7 +48,7 @@ class Rsc:
         """(Packed, Work, room for the output) of a run that has not begun."""
         packed = self.packed(tol)
         work = new_work(packed, self.start)
-        return packed, work, np.zeros((self.problem.times.size + 8, work.x.size + 3))
+        return packed, work, np.zeros((self.problem.times.size + 8, work.x.size + 3 * len(self.system.contacts)))
 
     def march(self, prepared, limit=1e9):
         """(code, processor seconds) of a prepared run to its end."""
@@ -67,7 +67,7 @@ class Rsc:
         self.counts = {"steps": int(work.count[kernel.STEPS]), "rejected": int(work.count[kernel.REJECTED])}
         if code != kernel.FINISHED:
             return Outcome(spent, None, calls, CAUSES[code])
-        return Outcome(spent, np.hstack(packed.physical(out[: self.problem.times.size, :-3])), calls)
+        return Outcome(spent, np.hstack(packed.physical(out[: self.problem.times.size, : work.x.size])), calls)
 
 
 class Naive:
@@ -86,6 +86,7 @@ class PlainC:
     """c/dp5.c: the algorithm of rsc's Dormand-Prince core in C, on the same modal model."""
 
     def __init__(self, problem, ledger=True):
+        refuse_driven(problem)
         self.problem, self.rsc = problem, Rsc(problem)
         model = self.rsc.packed(1e-3).model
         self.n = model.stiffness.size // 2

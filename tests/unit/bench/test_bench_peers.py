@@ -3,11 +3,13 @@
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[3] / "bench"))
 
 import c_code
+import driven
 from peers.common import Absent
 from peers.cvode_peer import Cvode
 from peers.cyrk_peer import CyRK
@@ -19,6 +21,7 @@ from peers.own import Naive, PlainC, Rsc
 from peers.scipy_peers import Scipy
 from problems import RATE, displacements, problem
 from reference import gbs_run, reference_run
+from third_engine import machine_of, rates, torque_of
 
 # the piece of P1c ends in its first dozens of onsets; errors in gaps at tolerance 1e-8, or 64 steps between output times
 PIECE = 0.02
@@ -59,6 +62,46 @@ def test_method_agrees_with_reference(piece, name):
         pytest.skip(str(cause))
     assert outcome.cause == ""
     assert outcome.calls > 100
+    assert displacement_error(outcome.motion, case, rows) < allowed
+
+
+@pytest.fixture(scope="module")
+def pump():
+    """The first dozens of switches of the pump and its reference displacements."""
+    case = problem("pump", PIECE)
+    return case, driven.reference_run(case, 12)[0]
+
+
+def test_the_pump_of_other_programs_is_that_of_the_third_engine(pump):
+    case, _ = pump
+    machine, shaft = machine_of(case.system), torque_of(case.system.drive.inertia, case.scene.drive.torque)
+    dice, gap, half, c = np.random.default_rng(1), case.matrices.gap, case.start.size // 2, len(case.matrices.rows)
+    pressed = 0
+    for _ in range(200):
+        y = dice.normal(size=2 * half) * np.repeat([3.0 * gap, 600.0 * gap], half)
+        y[0], y[half] = 10.0 * y[0], 2.0 * np.pi * dice.uniform(20.0, 80.0) * gap
+        ours, theirs = np.empty(2 * half), np.empty(2 * half + c)
+        driven.right_hand_side_driven(case.matrices, 0.0, y, ours)
+        rates(machine, shaft, 0.0, np.concatenate([[y[0] / gap, y[half] / gap], np.zeros(c), y[1:half], y[half + 1 :]]), theirs)
+        moved, change = theirs[2 + c : 1 + c + half], theirs[1 + c + half :]
+        expected = np.concatenate([[theirs[0] * gap], moved, [theirs[1] * gap], change])
+        assert ours == pytest.approx(expected, rel=1e-9, abs=1e-12)
+        held = np.zeros(2 * c + 2, int)
+        driven.states_of(case.matrices, y, held)
+        pressed += (held[:c] > 0).sum()
+    assert pressed > 50
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", METHODS)
+def test_method_agrees_with_the_reference_of_the_pump(pump, name):
+    case, rows = pump
+    make, arguments, setting, allowed = METHODS[name]
+    try:
+        outcome = make(case, *arguments)(setting, 60.0)
+    except Absent as cause:
+        pytest.skip(str(cause))
+    assert outcome.cause == ""
     assert displacement_error(outcome.motion, case, rows) < allowed
 
 
