@@ -58,7 +58,7 @@ def test_a_scene_of_any_terms_comes_back_equal(content):
 def test_a_thousand_scenes_of_any_terms_come_back_equal():
     equal = []
 
-    @settings(max_examples=1200, deadline=None, suppress_health_check=SLOW, derandomize=True, database=None)
+    @settings(max_examples=1300, deadline=None, suppress_health_check=SLOW, derandomize=True, database=None)
     @given(content=scenes())
     def each(content):
         equal.append(comes_back(content))
