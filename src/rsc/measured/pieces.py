@@ -4,8 +4,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
 
 from rsc.measured.smooth import Events, smoothed
 
@@ -154,7 +154,7 @@ def _put_together(time: NDArray[np.float64], pieces: list[_Piece], gaps: list[_G
     lost: list[tuple[float, float]] = []
     for piece in pieces:
         own = _inside(time, piece.times[0], piece.times[-1])
-        turns[own] = CubicHermiteSpline(piece.times, piece.at, piece.speed)(time[own])
+        turns[own] = scipy.interpolate.CubicHermiteSpline(piece.times, piece.at, piece.speed)(time[own])
         speed[own] = np.interp(time[own], piece.times, piece.speed)
     for last, piece, gap in zip(pieces[:-1], pieces[1:], gaps, strict=True):
         begin, end = last.times[-1], piece.times[0]
@@ -165,7 +165,7 @@ def _put_together(time: NDArray[np.float64], pieces: list[_Piece], gaps: list[_G
         else:
             at, speeds = np.array([last.at[-1], piece.at[0]]), np.array([last.speed[-1], piece.speed[0]])
             slopes = np.minimum(speeds, 3.0 * (at[1] - at[0]) / (end - begin))
-            turns[own] = CubicHermiteSpline([begin, end], at, slopes)(time[own])
+            turns[own] = scipy.interpolate.CubicHermiteSpline([begin, end], at, slopes)(time[own])
             speed[own] = np.interp(time[own], [begin, end], speeds)
             known[own] = False
             lost.append((begin, end))

@@ -174,3 +174,12 @@ def test_options_with_units_are_read_by_the_rule_of_scenes():
     for text in ("3 mm", "3,5 N s", "1/2"):
         with pytest.raises(argparse.ArgumentTypeError, match="must be a number in N s"):
             in_si("impulse")(text)
+
+
+def test_what_few_scenes_need_of_scipy_is_not_loaded_at_the_start_of_a_check():
+    """A third of a second of processor time each, of some seconds."""
+    code = (
+        "import sys, rsc.cli.check, rsc.study.report.check, rsc.show.page; "
+        "assert not {'scipy.optimize', 'scipy.interpolate', 'scipy.integrate', 'scipy.signal'} & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -12,7 +12,7 @@ from math import tau as TWO_PI
 from typing import Any, Protocol
 
 import numpy as np
-import scipy.optimize
+import scipy
 from numpy.typing import NDArray
 
 from rsc.analysis.alone.free_vibration import vibrations_of

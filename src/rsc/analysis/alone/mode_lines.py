@@ -8,8 +8,8 @@ import itertools
 from collections.abc import Callable, Sequence
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import linear_sum_assignment
 
 from rsc.analysis.alone.free_vibration import FreeVibration
 
@@ -74,7 +74,7 @@ def _pairs(
     alike = np.abs(one.ellipses @ other.ellipses.conj().T) ** 2
     sizes = np.abs(one.rate)[:, None], np.abs(other.rate)
     apart = np.abs(one.rate[:, None] - other.rate) / np.maximum(*sizes)
-    pairs = list(zip(*linear_sum_assignment(1.0 - alike + apart), strict=True)) if alike.size else []
+    pairs = list(zip(*scipy.optimize.linear_sum_assignment(1.0 - alike + apart), strict=True)) if alike.size else []
     sure = [(i, j) for i, j in pairs if alike[i, j] >= _ALIKE and apart[i, j] <= _NEAR]
     slowest = min(_SURE, max(alike.shape))
     if halvings == 0 or {i for i, _ in sure if i < slowest} >= set(range(slowest)):

@@ -9,8 +9,8 @@ from math import tau as TWO_PI
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
 
 from rsc.measure.catalogue import Motions
 from rsc.measure.final import drive_load
@@ -268,7 +268,7 @@ class _TorqueCourse:
         """Turns of the shaft until some times in s."""
         if len(self._time) < 2:
             return self._speed[0] * times
-        turned: NDArray[np.float64] = CubicHermiteSpline(self._time, self._turns, self._speed)(times)
+        turned: NDArray[np.float64] = scipy.interpolate.CubicHermiteSpline(self._time, self._turns, self._speed)(times)
         return turned
 
     def _motion(self, first: int, last: int) -> Motion:
