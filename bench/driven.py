@@ -22,7 +22,7 @@ from third_engine import DRAG, FRICTION, GAP, INERTIA, RADIUS, SLIP, B, K, machi
 
 N_STAGES = 12
 STAGES = np.ascontiguousarray(dop.A[:N_STAGES, :N_STAGES])
-WEIGHTS, PLACES = np.ascontiguousarray(dop.B), np.ascontiguousarray(dop.C[:N_STAGES])
+WEIGHTS = np.ascontiguousarray(dop.B)
 OPEN, CLOSING, OPENING, CLIPPED = range(4)
 HALVINGS = 60
 SCENE = Path(__file__).with_name("pump.toml")

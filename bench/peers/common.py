@@ -1,5 +1,6 @@
 """What every method of the comparison returns, and the scales they share."""
 
+import importlib
 import time
 from functools import cache
 from typing import NamedTuple
@@ -26,6 +27,14 @@ class Outcome(NamedTuple):
 
 class Absent(Exception):
     """A peer cannot run here; the message says why."""
+
+
+def imported(module, name=None):
+    """A module of a peer; Absent where it, by this name of the package, is not installed."""
+    try:
+        return importlib.import_module(module)
+    except (ImportError, OSError) as cause:  # OSError: a library of it is missing
+        raise Absent(f"{name or module} is not installed") from cause
 
 
 class Deadline(Exception):

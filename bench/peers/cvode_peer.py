@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 
-from peers.common import Absent, Outcome, absolute_tolerances, motion_of, slim_right_hand_side
+from peers.common import Outcome, absolute_tolerances, imported, motion_of, slim_right_hand_side
 
 METHODS = ("Adams", "BDF")
 PIECE = 200  # output times
@@ -17,11 +17,8 @@ class Cvode:
     """One method of sksundae's CVODE, in one continuous integration; the limit is looked at from output time to output time."""
 
     def __init__(self, problem, method):
-        try:
-            import sksundae.cvode
-        except (ImportError, OSError) as cause:
-            raise Absent("scikit-sundae is not installed") from cause
-        self.solver, self.problem, self.method = sksundae.cvode.CVODE, problem, method
+        solver = imported("sksundae.cvode", "scikit-sundae").CVODE
+        self.solver, self.problem, self.method = solver, problem, method
         self.f, self.parameters = slim_right_hand_side(problem)
 
     def __call__(self, tol, limit=1e9):

@@ -7,7 +7,7 @@ from functools import cache
 import numba
 import numpy as np
 
-from peers.common import Absent, Outcome, absolute_tolerances, motion_of, seconds_per_call, slim_right_hand_side
+from peers.common import Outcome, absolute_tolerances, imported, motion_of, seconds_per_call, slim_right_hand_side
 
 METHODS = ("RK45", "DOP853", "Vern7", "LSODA", "RADAU")
 CALLS_PER_STEP = {"RK45": 6, "DOP853": 12, "Vern7": 10}
@@ -28,11 +28,7 @@ class CyRK:
     """One method of nbsolve2_ivp; the limit is a number of steps, from the time of one right-hand side."""
 
     def __init__(self, problem, method):
-        try:
-            import CyRK
-        except ImportError as cause:
-            raise Absent("CyRK is not installed") from cause
-        self.solve, self.problem, self.method = CyRK.nbsolve2_ivp, problem, method
+        self.solve, self.problem, self.method = imported("CyRK").nbsolve2_ivp, problem, method
         f, self.arguments = slim_right_hand_side(problem)
         self.compiled = _c_function(f, self.arguments.size, problem.start.size)
         # an implicit method also differences a Jacobian and factors it, at most every step

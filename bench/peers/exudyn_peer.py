@@ -11,13 +11,13 @@ import time
 import numpy as np
 from scipy.linalg import block_diag
 
-from peers.common import Absent, Outcome, refuse_driven
+from peers.common import Absent, Outcome, imported, refuse_driven
 from problems import RATE
 
 STAGES = 9
 TINY = 1e-300  # m^2: no division by zero in the centre
 LONGEST = 7  # entries of a vector of expressions
-TRIAL = 400  # output times from which the duration of a run is told beforehand
+TRIAL = 400  # output times of a short run that gives the time of a step
 
 
 def _both_planes(rotor, stator):
@@ -54,18 +54,14 @@ def _gyroscopic(m, t, v):
 
 
 class Exudyn:
-    """A run whose time, told from a short one, would be over the limit is not begun."""
+    """A run that would go over the limit, by the time of a step in a short run, is not begun."""
 
     def __init__(self, problem):
-        try:
-            import exudyn
-            from exudyn.advancedUtilities import CreateSymbolicUserFunction
-        except ImportError as cause:
-            raise Absent("Exudyn is not installed") from cause
+        exudyn, tools = imported("exudyn"), imported("exudyn.advancedUtilities")
         refuse_driven(problem)
         if problem.matrices.gyroscopic_r.any() and 2 * problem.matrices.gyroscopic_r.shape[0] > LONGEST:
             raise Absent("Exudyn ends the process at gyroscopic terms of so many coordinates")
-        self.exudyn, self.symbolic, self.problem = exudyn, CreateSymbolicUserFunction, problem
+        self.exudyn, self.symbolic, self.problem = exudyn, tools.CreateSymbolicUserFunction, problem
         outputs = min(TRIAL, problem.times.size - 1)
         self.per_step = self._run(outputs, 1)[0] / outputs
 
@@ -133,8 +129,8 @@ class Exudyn:
 
     def __call__(self, substeps, limit=1e9):
         outputs = self.problem.times.size - 1
-        calls, expected = STAGES * substeps * outputs, self.per_step * substeps * outputs
-        if expected > limit:
-            return Outcome(expected, None, calls, "T")
+        calls = STAGES * substeps * outputs
+        if self.per_step * substeps * outputs > limit:
+            return Outcome(float("nan"), None, calls, "T")
         seconds, motion = self._run(outputs, substeps)
         return Outcome(seconds, motion, calls) if motion.shape[0] == outputs + 1 else Outcome(seconds, None, calls, "C")

@@ -10,7 +10,7 @@ import time
 
 import numpy as np
 
-from peers.common import Absent, Outcome, motion_of, refuse_driven
+from peers.common import Outcome, imported, motion_of, refuse_driven
 
 PIECE = 2000  # output times
 # gaps: onset and release this little behind the switch, for an integrator that begins on a root of its event misses the next one
@@ -56,10 +56,7 @@ class Heyoka:
     """The Taylor integrator of a problem."""
 
     def __init__(self, problem):
-        try:
-            import heyoka
-        except ImportError as cause:
-            raise Absent("heyoka is not installed") from cause
+        heyoka = imported("heyoka")
         refuse_driven(problem)
         self.hy, self.problem, self.made, self.tol = heyoka, problem, None, None
 
